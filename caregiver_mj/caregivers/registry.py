@@ -92,9 +92,7 @@ def find_caregiver(name: str, others: Sequence[str] = ()) -> type[Caregiver] | P
 def check_acts_alone(name: str) -> None:
     """Raise CaregiverError if it is a person, who would stand aside wherever nobody plays."""
     if name == PERSON:
-        raise CaregiverError(
-            f"caregiver must be one that acts by itself: a {PERSON} plays in `caregiver-mj view --caregiver {PERSON}`"
-        )
+        raise CaregiverError(f"caregiver must be one that acts by itself: a {PERSON} plays in `caregiver-mj view`")
 
 
 def is_caregiver(found: type[Caregiver] | PolicyMaker) -> TypeGuard[type[Caregiver]]:

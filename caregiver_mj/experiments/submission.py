@@ -39,10 +39,9 @@ _EVENTS = ("strikes", "candles_dropped")  # of the house
 _TIMES = ("wall_seconds",)  # that an episode took is not the same again
 _HEAD = """# Leaderboard
 
-Every row has come back, bit for bit, from the answers in its file, but for the seconds an episode: those the machine
-of its author took, with the robot and the house. Damage left: over that of `none`, with a 95 % interval over houses; of
-it at each epsilon, over that of `none` there; and by kind of hazard, in shares of all damage of `none`, which add up.
-Toys kept: over those that children reach with `none`."""
+Every row has come back, bit for bit, from its file, but for the seconds an episode, which its author's machine took.
+Damage left: over that of `none`, with a 95 % interval over houses; also at each epsilon, and by kind of hazard, of all
+damage of `none`. Toys kept: over those that children reach with `none`."""
 _UNREADABLE = (ValueError, KeyError, TypeError, AttributeError, OSError, EOFError, zipfile.BadZipFile, zlib.error)
 
 
@@ -186,10 +185,7 @@ def _differences(said: Result, found: Result | str) -> Iterator[str]:
 def board(verified: Sequence[tuple[Submission, pd.DataFrame]]) -> str:
     """Return a page in Markdown: what caregivers of verified files leave of the damage, those of one track together.
 
-    A track is a world, its houses, what a collision costs, what is seen, the children, the seed and the source.
-
-    Raises:
-        CaregiverError: A run is without `none`.
+    Those of one track have all but the caregiver alike. A run without `none` is a CaregiverError.
     """
     tracks: dict[str, list[dict[str, str]]] = {}
     for submission, episodes in verified:
@@ -221,16 +217,14 @@ def _cells(submission: Submission, caregiver: str, of: pd.DataFrame, none: pd.Da
     card = [" ".join(submission.card.get(key, "").split()).replace("|", "/") for key in ("title", "authors")]
     left = two_level.of_ratio(_by_house(of), _by_house(none))
     interval = f" ({left.low:.3f} to {left.high:.3f})" if caregiver != "none" else ""
-    cells = dict(zip(("caregiver", "of", "by"), (f"`{caregiver}`", *(card if acts else "––")), strict=True))
-    cells["damage left"] = f"{left.value:.3f}{interval}"
+    named = (f"`{caregiver}`", *(card if acts else "––"), f"{left.value:.3f}{interval}")
+    cells = dict(zip(("caregiver", "of", "by", "damage left"), named, strict=True))
     for family in map(str, settings.families) if len(settings.families) > 1 else ():
         cells[f"epsilon {family}"] = _share(*(those[those.family == family].damage.sum() for those in (of, none)))
-    for kind in KINDS:
-        if any(plan.cells_of(kind.symbol) for plan in settings.plans):
-            cells[f"at {kind.name}"] = _share(of[f"damage_{kind.name}"].sum(), none.damage.sum())
+    for kind in (kind for kind in KINDS if any(plan.cells_of(kind.symbol) for plan in settings.plans)):
+        cells[f"at {kind.name}"] = _share(of[f"damage_{kind.name}"].sum(), none.damage.sum())
     cells["toys kept"] = _share(of.toys_reached.sum(), none.toys_reached.sum())
-    for name in _EVENTS if settings.world == "house" else ():
-        cells[name.replace("_", " ")] = f"{of[name].sum():.0f}"
+    cells |= {name.replace("_", " "): f"{of[name].sum():.0f}" for name in _EVENTS if settings.world == "house"}
     return {**cells, "seconds": f"{of.wall_seconds.mean():.2g}" if acts else "–", "episodes": f"{len(of)}"}
 
 

@@ -106,7 +106,7 @@ class Perception:
             self._children.append(_Sighting((x, y) if is_seen else None, False, cell, (cell, NOTHING)))
         if not self._is_full:
             self._tracker = Tracker(child_chain(self._plan), 1, len(children), CHANGE)
-            self._in_view = observation["cell_seen"].all(axis=1)
+            self._in_view = observation["cell_seen"].min(axis=1) > 0.0
             self._see(np.flatnonzero(seen))
 
     def look(self, observation: dict[str, np.ndarray], now: float) -> View:
@@ -124,7 +124,7 @@ class Perception:
             numbers = tuple(np.flatnonzero(observation["toddler_seen"]).tolist())
             children = tuple(children[number] for number in numbers)
             visible = observation["cell_seen"] > 0.0
-            self._in_view = visible.all(axis=1)
+            self._in_view = visible.min(axis=1)
             base = tuple(observation["base_position"].tolist())
             gone = float(observation["clock"]) % 1.0
             lurking = self._lurking.at(base[:2], now, gone, self._tracker, numbers, visible)
@@ -363,7 +363,7 @@ class Lurking:
         self._until, self._found = now + _LOOKS_AGAIN, ()
         unseen = [number for number in range(tracker.seen.shape[1]) if number not in seen]
         if unseen:
-            presence, in_view = tracker.presence[0, unseen].max(axis=0), visible.all(axis=1)
+            presence, in_view = tracker.presence[0, unseen].max(axis=0), visible.min(axis=1)
             offsets = self._places - base + 1e-9  # (cells, 5, 2), in the base's own cell's middle it is somewhere, too
             away = np.linalg.norm(offsets, axis=2)
             near = away[:, 0] < _NEAR
@@ -377,8 +377,7 @@ class Lurking:
                 off, out = min(gone * BUMP_SPEED / WALKING_SPEED, 1.0 - gone, 0.5), PLACES.max() * PLACES.any(axis=1)
                 hides = ~visible & (may_be & near)[:, None] & (off >= out / 2)
                 strays = np.where(out > 0.0, off, min(off, PLACES.max() / 2)) - out
-                nearer = away - strays * self._plan.cell_size - _LOOKS_AGAIN * BUMP_SPEED
-                nearer = np.maximum(nearer, _FELT)
+                nearer = np.maximum(away - strays * self._plan.cell_size - _LOOKS_AGAIN * BUMP_SPEED, _FELT)
                 cells = np.flatnonzero(hides.any(axis=1))
                 at = cells, np.where(hides, nearer, math.inf)[cells].argmin(axis=1)  # the nearest in each
                 self._found = _standing(base + offsets[at] * (nearer[at] / away[at])[:, None])
