@@ -22,13 +22,11 @@ from caregiver_mj.caregivers.target_observation import OBSERVATIONS
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.cli import make_parser
 from caregiver_mj.envs.spaces import OBSERVED_OF_TARGETS, STRIKE_COST
-from caregiver_mj.experiments.intervals import of_mean
 from caregiver_mj.recording import record
 from caregiver_mj.robot.embodiment import Layout
 from caregiver_mj.robot.embodiments import EMBODIMENTS
 from caregiver_mj.tasks import TASKS
 from caregiver_mj.tasks.base import OBSERVED
-from study import interval
 
 PAGES = sorted((pathlib.Path(__file__).parents[1] / "docs").rglob("*.md"))
 _PLACE = re.compile(r"(<!-- scripts/tables\.py: (\w+) -->\n).*?(<!-- end -->)", re.S)
@@ -140,7 +138,7 @@ def _section(name: str, entry: gallery.Entry) -> str:
 
 
 def _scores(name: str, entry: gallery.Entry) -> str:
-    """What policies came to in an environment: means with 95 % intervals."""
+    """What policies came to in an environment: means, and the least and the most; so few allow no interval."""
     titles = {"return": "return", "cost": "cost", "strikes": "of which strikes"}
     if entry.policies == gallery.GOAL:
         titles["reached"] = "goal reached"
@@ -148,9 +146,10 @@ def _scores(name: str, entry: gallery.Entry) -> str:
     rows = []
     for policy in entry.policies:
         own = [row for row in found if row["policy"] == policy]
-        means = (of_mean(np.array([float(row[key]) for row in own])) for key in titles)
+        each = [[float(row[key]) for row in own] for key in titles]
         if own:
-            rows.append([f"`{policy}`", len(own), *(interval(mean, exact=True) for mean in means)])
+            shown = (f"{np.mean(of):.2f}" + f" ({min(of):.0f} to {max(of):.0f})" * (min(of) < max(of)) for of in each)
+            rows.append([f"`{policy}`", len(own), *shown])
     return table(["policy", "episodes", *titles.values()], rows) if rows else "Not scored yet."
 
 
