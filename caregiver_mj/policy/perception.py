@@ -335,7 +335,7 @@ class Lurking:
     """Where a child that is not seen may come at the robot from.
 
     To one that sees all round it comes round a corner: between a cell in view and one in which it may be, but not at
-    the base, where it is felt. To one that does not it may come from any cell in which it may be.
+    the base, where it is felt. To one that does not it may come from any unseen place of a cell in which it may be.
     """
 
     def __init__(self, plan: FloorPlan, turns: bool):
@@ -363,14 +363,14 @@ class Lurking:
         self._until, self._found = now + _LOOKS_AGAIN, ()
         unseen = [number for number in range(tracker.seen.shape[1]) if number not in seen]
         if unseen:
-            presence, in_view = tracker.presence[0, unseen].max(axis=0), visible.min(axis=1)
+            presence = tracker.presence[0, unseen].max(axis=0)
             offsets = self._places - base + 1e-9  # (cells, 5, 2), in the base's own cell's middle it is somewhere, too
             away = np.linalg.norm(offsets, axis=2)
             near = away[:, 0] < _NEAR
             may_be = presence > 0.0  # it need not be one as is believed in, ...
             beside = np.zeros_like(may_be)  # ... nor be stopped by the robot, and is on its way: it may be a cell on
             beside[self._pairs[1, may_be[self._pairs[0]]]] = True
-            may_be |= beside & ~in_view & (away[:, 0] > _FELT)
+            may_be |= beside & (away[:, 0] > _FELT)
             if self._turns:
                 # It is as far off its cell's middle as it walks in what is gone, or left, at most at the border. The
                 # middle stands for half the way to the outer places, and these for the rest.
@@ -382,7 +382,7 @@ class Lurking:
                 at = cells, np.where(hides, nearer, math.inf)[cells].argmin(axis=1)  # the nearest in each
                 self._found = _standing(base + offsets[at] * (nearer[at] / away[at])[:, None])
             else:
-                hidden, open_ = self._pairs[:, near[self._pairs[0]]]
+                in_view, (hidden, open_) = visible.min(axis=1), self._pairs[:, near[self._pairs[0]]]
                 middles = (self._places[hidden, 0] + self._places[open_, 0]) / 2
                 comes = may_be[hidden] & ~in_view[hidden] & in_view[open_]
                 self._found = _standing(middles[comes & (np.linalg.norm(middles - base, axis=1) > _FELT)])
