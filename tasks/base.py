@@ -290,7 +290,7 @@ class CareTask(Task):
 
     def _all_there_is(self, physics: Physics) -> collections.OrderedDict[str, np.ndarray]:
         """What can be perceived, as it is."""
-        observation = collections.OrderedDict[str, np.ndarray]()
+        observation: collections.OrderedDict[str, np.ndarray] = collections.OrderedDict()
         places, rates = physics.toddler_positions(), physics.toddler_velocities()
         if not self.sight.is_full:
             places[~self._seen] = rates[~self._seen] = 0.0

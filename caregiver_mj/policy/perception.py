@@ -119,7 +119,9 @@ class Perception:
             pairs = zip(poses.tolist(), rates.tolist(), strict=True)
             children = tuple([ChildView((x, y), (vx, vy)) for (x, y, _), (vx, vy, _) in pairs])
         left, right = observation["finger_position"].tolist()
-        numbers, lurking, hidden, gaze = None, tuple[ChildView, ...](), tuple[ChildView, ...](), None
+        lurking: tuple[ChildView, ...] = ()
+        hidden: tuple[ChildView, ...] = ()
+        numbers, gaze = None, None
         if "toddler_seen" in observation:
             numbers = tuple(np.flatnonzero(observation["toddler_seen"]).tolist())
             children = tuple(children[number] for number in numbers)
@@ -187,6 +189,8 @@ class Perception:
         """
         move, self._clock = math.floor(clock + 1e-6), clock
         self._gone = max(0.0, clock - move)
+        if self._is_full and self._all_clear and move == self._begun:
+            return False, False  # nothing is to be made out before the next move
         numbers = range(len(view.children)) if view.numbers is None else view.numbers
         seen: dict[int, ChildView] = dict(zip(numbers, view.children, strict=True))
         if move != self._begun:

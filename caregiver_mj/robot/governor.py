@@ -7,6 +7,7 @@ has set its goals, `govern` bounds what comes of them and makes the action.
 from __future__ import annotations
 
 import functools
+import math
 
 import numpy as np
 
@@ -18,13 +19,18 @@ from caregiver_mj.robot.view import View
 
 def bound_turning(view: View, robot: RobotMotion) -> None:
     """Bound how fast the base turns."""
-    velocity = robot.base_reference()[1]
-    robot.bound_turning(separation.allowed_turning(view, robot.robot, velocity, robot.turning))
+    velocity, rate = robot.base_reference()[1], math.inf
+    if not separation.is_alone(view, robot.robot):
+        rate = separation.allowed_turning(view, robot.robot, velocity, robot.turning)
+    robot.bound_turning(rate)
 
 
 def path_rate(view: View, robot: RobotMotion) -> float:
     """Return the share of its planned velocity at which the base may drive along its path."""
-    return separation.allowed_rate(view, robot.robot, *robot.planned(), robot.base_reference()[1])
+    present = robot.base_reference()[1]
+    if separation.is_alone(view, robot.robot):
+        return 1.0
+    return separation.allowed_rate(view, robot.robot, *robot.planned(), present)
 
 
 def govern(view: View, robot: RobotMotion, clearance: Clearance, control_timestep: float) -> np.ndarray:
@@ -36,10 +42,13 @@ def govern(view: View, robot: RobotMotion, clearance: Clearance, control_timeste
         clearance: How much room there is.
         control_timestep: Seconds until the next action.
     """
-    at_hand = separation.is_child_at_hand(view, robot.robot, robot.reached)
-    robot.giving_way.yields = at_hand
     if not robot.is_watched:  # by a skill that does not drive, but the one before it may have had it turn
         bound_turning(view, robot)
+    if separation.is_alone(view, robot.robot):
+        robot.giving_way.yields, robot.catch_up = False, math.inf
+        return robot.action(view.base, view.arm)
+    at_hand = separation.is_child_at_hand(view, robot.robot, robot.reached)
+    robot.giving_way.yields = at_hand
     near = 0.0 if at_hand else separation.gap(view, robot.robot) - view.unsure
     robot.catch_up = separation.catch_up_speed(near)
     if view.unseen:

@@ -202,10 +202,13 @@ def arm_of(embodiment: Embodiment) -> Arm:
     return Arm(embodiment)
 
 
+@functools.lru_cache(maxsize=1)  # many ask at the same moment
 def hand_position(view: View, robot: Embodiment) -> np.ndarray:
     """Return the pinch point between a robot's fingers, in the house, (3,)."""
     x, y, z = arm_of(robot).pinch(view.arm).tolist()
-    return np.array([*geometry.to_world(view.base, (x, y)), z])
+    place = np.array([*geometry.to_world(view.base, (x, y)), z])
+    place.flags.writeable = False
+    return place
 
 
 def hand_offset(view: View, robot: Embodiment) -> Vector:

@@ -73,6 +73,11 @@ _MOVES_ON, _ASTRAY = 0.031, 0.034
 _RUNS_ON = tuple(0.04 * i for i in range(8))
 
 
+def is_alone(view: View, robot: Embodiment) -> bool:
+    """Return whether every child, also one that may be there unseen, is too far away for anything to be bounded."""
+    return view.nearest - robot.footprint - CHILD_RADIUS > _FAR + _SEPARATION
+
+
 def gap(view: View, robot: Embodiment, unseen: tuple[ChildView, ...] = ()) -> float:
     """Return the metres between the robot's base and the nearest child, or where it may be unseen."""
     nearest = math.inf
