@@ -55,6 +55,7 @@ def packed(folder):
     return folder / "a.submission"
 
 
+@pytest.mark.slow
 def test_every_row_comes_back_with_no_caregiver_present_on_any_number_of_cores(packed, capsys):
     assert not run("verify", packed)
     assert not run("verify", packed, "--jobs", 2)
@@ -69,6 +70,7 @@ def test_the_house_too(tmp_path, capsys):
     assert "verified, episodes: 1" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_a_policy_of_the_robots_actions_too(tmp_path, monkeypatch, capsys):
     (tmp_path / "spinning.py").write_text(
         "import numpy as np\n\n\ndef make(env):\n    size = env.action_spec().shape[0]\n"

@@ -16,7 +16,7 @@ TOUCHING = 0.27 + 0.12  # metres between the middles of base and child
 
 @pytest.fixture
 def told(monkeypatch):
-    """What `restrain` has been told at each control step: whether there is a candle in the hand, and of which base."""
+    """What `restrain` is told: whether there is a candle in the hand, and of which base. It is at every step here."""
     calls = []
     restrain = separation.restrain
 
@@ -24,6 +24,7 @@ def told(monkeypatch):
         calls.append((is_loaded, view.base, seconds))
         return restrain(view, robot, clearance, seconds, is_loaded, velocity, before)
 
+    monkeypatch.setattr(separation, "is_alone", lambda view, robot: False)
     monkeypatch.setattr(separation, "restrain", listen)
     return calls
 
