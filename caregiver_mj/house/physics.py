@@ -22,7 +22,6 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import HazardKind, Where, kinds_at
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.embodiments import find_embodiment
-from caregiver_mj.robot.geometry import to_local
 from caregiver_mj.robot.view import loose
 
 _SPRUNG = 0.002  # metres that the bolt of a gate that has latched is in, at most
@@ -220,15 +219,6 @@ class Physics(OffscreenRendering, engine.Physics):
     def thing_positions(self) -> np.ndarray:
         """Return where each small thing is that lay on the floor at first: its foot, (things, 3), m."""
         return self._qpos[self._thing_rows[:, :3]]
-
-    def things_in_tray(self) -> np.ndarray:
-        """Return whether each is in the robot's tray, bool (things,)."""
-        tray = self.embodiment and self.embodiment.tray
-        if not tray:
-            return np.zeros(len(self._thing_rows), bool)
-        x, y, yaw = self._robot.base[0].tolist()
-        places = self.thing_positions().tolist()
-        return np.array([tray.holds((*to_local((x, y, yaw), (p[0], p[1])), p[2])) for p in places], bool)
 
     def robot_touches_thing(self, index: int) -> bool:
         """Return whether the robot touches one of them."""
