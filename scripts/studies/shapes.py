@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import pathlib
 from typing import Any
 
 import pandas as pd
@@ -17,10 +16,12 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import intervals, two_level
 from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.plans.hazards import KINDS
 from caregiver_mj.plans.sets import houses_named, shape_of
 from study import Page, Parser, read_run, run_episodes
 
 COUNTS = ("strikes", "strikes_surface", "candles_dropped")
+PARTS = "interventions", "interventions_done", "moves_blocked_stairwell", "moves_blocked_free", "toys_reached"
 
 
 def add_options(parser: Parser) -> None:
@@ -35,13 +36,8 @@ def run(options: argparse.Namespace) -> Page:
     if settings.world != "house" or "none" not in settings.caregivers:
         raise CaregiverError(f"'{options.run}' must hold a run in the house with 'none' among its caregivers")
     grid = run_episodes(dataclasses.replace(settings, world="grid"), options.jobs)
-    return page(houses, grid, harm(options.run), settings)
-
-
-def harm(folder: pathlib.Path) -> pd.DataFrame:
-    """Read the cells, houses and children, of a run with a caregiver."""
-    cells = pd.read_parquet(folder / "houses.parquet")
-    return cells[cells.caregiver != "none"]
+    cells = pd.read_parquet(options.run / "houses.parquet")
+    return page(houses, grid, cells[cells.caregiver != "none"], settings)
 
 
 def page(house: pd.DataFrame, grid: pd.DataFrame, cells: pd.DataFrame, settings: Settings) -> Page:
@@ -58,6 +54,10 @@ def page(house: pd.DataFrame, grid: pd.DataFrame, cells: pd.DataFrame, settings:
     values = {
         "settings": settings,
         "lines": lines,
+        "parts": [
+            (part, [table[table.caregiver == name][part].mean() for name in caregivers for table in (grid, house)])
+            for part in (*(f"damage_{kind.name}" for kind in KINDS), *PARTS)
+        ],
         "caregivers": caregivers,
         "counts": {name: int(house.loc[house.caregiver != "none", name].sum()) for name in COUNTS},
         "with_robot": int((house.caregiver != "none").sum()),
