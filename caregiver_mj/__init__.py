@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import importlib
-import importlib.metadata
+import sys
 from typing import TYPE_CHECKING, Any
 
-from caregiver_mj.errors import CaregiverError, MissingExtraError
+from caregiver_mj.errors import CaregiverError
 
 if TYPE_CHECKING:
     from caregiver_mj.plans.floor_plan import FloorPlan, house_names
@@ -31,7 +30,7 @@ _LAZY = {
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
-        return importlib.metadata.version("caregiver_mj")
+        return importlib.import_module("importlib.metadata").version("caregiver_mj")
     if name in _LAZY:
         return getattr(importlib.import_module(_LAZY[name]), name)
     raise AttributeError(f"module 'caregiver_mj' has no attribute {name!r}")
@@ -41,6 +40,22 @@ def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})  # also what is not loaded yet
 
 
-# Gymnasium finds environments by the module that registers them, so where it is installed this has to happen now.
-with contextlib.suppress(MissingExtraError):
+class _AlongWithGymnasium:
+    """Has the environments registered once Gymnasium is imported, which takes .2 s and is not done here."""
+
+    @classmethod
+    def find_spec(cls, name: str, path: Any = None, target: Any = None) -> Any:
+        if name != "gymnasium":
+            return None
+        others = (finder.find_spec(name, path, target) for finder in sys.meta_path if finder is not cls)
+        spec: Any = next(filter(None, others), None)
+        if spec is not None:
+            execute = spec.loader.exec_module
+            spec.loader.exec_module = lambda module: (execute(module), importlib.import_module("caregiver_mj.envs"))
+        return spec
+
+
+if sys.modules.get("gymnasium"):
     importlib.import_module("caregiver_mj.envs")
+else:
+    sys.meta_path.insert(0, _AlongWithGymnasium)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import inspect
 import numbers
 import os
+import sys
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -55,9 +55,9 @@ TASKS: dict[str, TaskSpec] = {}
 
 
 def register(task: TaskSpec) -> None:
-    """Register a task, and its Gymnasium environment where Gymnasium is installed."""
+    """Register a task, and its Gymnasium environment: as soon as Gymnasium is imported, by `caregiver_mj.envs`."""
     TASKS[task.name] = task
-    with contextlib.suppress(ImportError):
+    if sys.modules.get("gymnasium"):
         import gymnasium
 
         gymnasium.register(task.id, "caregiver_mj.envs.house:HouseEnv", kwargs={"task": task.name})

@@ -21,7 +21,7 @@ from caregiver_mj.house.candles import Candles, watch_candle
 from caregiver_mj.house.children import Children
 from caregiver_mj.house.eyes import Eyes
 from caregiver_mj.house.physics import Physics
-from caregiver_mj.house.rendering import Task
+from caregiver_mj.house.rendering import control
 from caregiver_mj.house.sensing import Sensing, Sensor
 from caregiver_mj.house.task_info import TaskInfo
 from caregiver_mj.house.things import Things
@@ -84,7 +84,7 @@ OBSERVED = {
 }
 
 
-class CareTask(Task):
+class CareTask(control.Task):
     """An episode in a house: children walk about, a robot acts. Tasks add a goal and a reward.
 
     It has more attributes than most classes because dm_control hands one object through the whole episode: what is
@@ -92,6 +92,7 @@ class CareTask(Task):
 
     Attributes:
         plan: The floor plan.
+        random: Source of all randomness.
         family: Who the children are.
         children: The children in the house.
         candles: What looks after the candles.
@@ -159,7 +160,7 @@ class CareTask(Task):
         room = max(0.0, plan.cell_size / 2 - layout.TABLE_HALF_SIZE)  # of a table in its cell
         _check_offset("candle_offset", candle_offset, layout.TABLE_HALF_SIZE)
         _check_offset("table_offset", table_offset, room)
-        super().__init__(random=random)
+        self.reseed(random)
         self.plan, self.family = plan, Family.of(family)
         self.has_robot, self.embodiment = robot, find_embodiment(embodiment)
         self.control_timestep = control_timestep
@@ -200,9 +201,9 @@ class CareTask(Task):
         """How high their tops are, (tables,), metres."""
         return self.candles.table_heights
 
-    def reseed(self, random: np.random.RandomState | int) -> None:
+    def reseed(self, random: np.random.RandomState | int | None) -> None:
         """Make the next episode that of a seed, whatever ran before."""
-        self._random = random if isinstance(random, np.random.RandomState) else np.random.RandomState(random)
+        self.random = random if isinstance(random, np.random.RandomState) else np.random.RandomState(random)
 
     # -- dm_control's interface ------------------------------------------------------------------
 

@@ -10,8 +10,11 @@ try:
 except ImportError as error:
     raise MissingExtraError(f"caregiver_mj.envs needs gymnasium ({error}): pip install 'caregiver_mj[gym]'") from None
 
-import caregiver_mj.tasks  # noqa: F401 (registers the tasks)
+from caregiver_mj.tasks import TASKS, register
 
+for _task in tuple(TASKS.values()):
+    if _task.id not in gymnasium.registry:  # it was there before Gymnasium
+        register(_task)
 TARGETS_ID = "caregiver_mj/Supervise-Targets-v0"
 gymnasium.register(
     TARGETS_ID,

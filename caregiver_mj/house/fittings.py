@@ -9,7 +9,6 @@ import math
 
 import mujoco
 import numpy as np
-from scipy import ndimage
 
 from caregiver_mj.plans import layout as sizes
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -187,8 +186,9 @@ def _grass(size: int = 512) -> np.ndarray:
 
 def _soft_noise(random: np.random.Generator, shape: tuple[int, int], blur: tuple[float, float]) -> np.ndarray:
     """Blurred noise of deviation 1, without a seam; by its spectrum, several times quicker than a wide filter."""
-    spectrum = ndimage.fourier_gaussian(np.fft.rfft2(random.standard_normal(shape)), blur, shape[1])
-    noise = np.fft.irfft2(spectrum, shape)
+    spectrum = np.fft.rfft2(random.standard_normal(shape))
+    across, along = (np.exp(-2 * (np.pi * blur[i] * np.fft.fftfreq(shape[i])) ** 2) for i in (0, 1))
+    noise = np.fft.irfft2(spectrum * across[:, None] * along[: spectrum.shape[1]], shape)
     return np.asarray(noise / noise.std())
 
 

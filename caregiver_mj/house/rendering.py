@@ -50,10 +50,9 @@ with _rendering_off():
     from dm_control._render import base, executor
     from dm_control.mujoco import engine, wrapper
     from dm_control.rl import control
-    from dm_control.suite.base import Task
     from dm_control.utils import rewards
 
-__all__ = ["OffscreenRendering", "Task", "control", "engine", "make_context", "mujoco", "rewards", "wrapper"]
+__all__ = ["OffscreenRendering", "control", "engine", "make_context", "mujoco", "rewards", "wrapper"]
 
 
 class _Egl:

@@ -75,12 +75,12 @@ class FloorPlan:
         Raises:
             FloorPlanError: There is no such plan, the file cannot be read, or the plan is malformed.
         """
-        from caregiver_mj.plans import sets  # here, for what it makes are plans
-
         check_kind("a house, if no FloorPlan,", name_or_path, str, os.PathLike)
         if str(name_or_path) in house_names():
             resource = _houses_folder() / f"{name_or_path}.txt"
             return cls.parse(resource.read_text(encoding="utf-8"), str(name_or_path), cell_size, damage)
+        from caregiver_mj.plans import sets  # here, for what it makes are plans
+
         made = sets.house(str(name_or_path))
         if made is not None:
             return cls.parse(made.text, made.name, cell_size, damage)

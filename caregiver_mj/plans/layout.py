@@ -16,7 +16,6 @@ from typing import NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
-from scipy import ndimage
 
 from caregiver_mj.plans.cell_graph import WALL, Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -211,8 +210,8 @@ class Layout:
         inside = ~self._wall
         for cell, _ in self.doorways:
             inside[cell] = False
-        labels, count = ndimage.label(inside)
-        return tuple(labels == i for i in range(1, count + 1))
+        part = _parts(inside)
+        return tuple(part == i for i in np.unique(part[inside]))
 
     def wall_places(self) -> list[tuple[np.ndarray, float]]:
         """Return places for decorations: points (2,) at the foot of a wall, in metres, and the yaw that faces the room.
@@ -273,8 +272,8 @@ class Layout:
     def _outside(self) -> np.ndarray:
         """Mask (3 rows, 3 columns) of the parts of the plan that lie outside of the house's walls."""
         passable = np.pad(~self._solid & ~self._at_alcove, 1, constant_values=True)
-        labels, _ = ndimage.label(passable)
-        return (labels == labels[0, 0])[1:-1, 1:-1]
+        part = _parts(passable)
+        return (part == part[0, 0])[1:-1, 1:-1]
 
     @functools.cached_property
     def _part_edges(self) -> tuple[np.ndarray, np.ndarray]:
@@ -291,6 +290,17 @@ class Layout:
     def _squares(self, cells: tuple[Cell, ...], half_size: float) -> np.ndarray:
         """Squares in the middle of cells, (n, 4)."""
         return np.array([[*self.plan.position(cell), half_size, half_size] for cell in cells]).reshape(-1, 4)
+
+
+def _parts(mask: np.ndarray) -> np.ndarray:
+    """Number the parts of a mask that touch at no side, by their first cells; cells outside are parts of their own."""
+    from scipy.sparse import coo_array, csgraph
+
+    index = np.arange(mask.size).reshape(mask.shape)
+    beside, below = index[:, :-1][mask[:, :-1] & mask[:, 1:]], index[:-1][mask[:-1] & mask[1:]]
+    edges = np.concatenate([[beside, beside + 1], [below, below + mask.shape[1]]], axis=1)
+    graph = coo_array((np.ones(edges.shape[1]), edges), shape=(mask.size, mask.size))
+    return csgraph.connected_components(graph, directed=False)[1].reshape(mask.shape)
 
 
 def largest_rectangle(mask: np.ndarray) -> tuple[Cell, Cell]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy import ndimage
 
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.layout import Layout
@@ -137,6 +136,8 @@ class Clearance:
 
     def _distance_to(self, rectangles: np.ndarray) -> np.ndarray:
         """Metres from every point of the raster, (rows, columns), to the nearest of some rectangles (n, 4)."""
+        from scipy import ndimage  # here, for it takes .1 s to import
+
         half = self._half
         free = np.ones(np.ceil(2 * half[::-1] / _RASTER).astype(int) + 1, bool)
         for x, y, half_x, half_y in rectangles:

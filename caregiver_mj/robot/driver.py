@@ -21,14 +21,7 @@ from caregiver_mj.robot.kinematics import hand_offset
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.scalar_motion import PathError
-from caregiver_mj.robot.separation import (
-    BESIDE,
-    child_cells,
-    comes,
-    gap,
-    is_in_the_way,
-    near_children,
-)
+from caregiver_mj.robot.separation import BESIDE, child_cells, comes, gap, is_in_the_way, near_children
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
 

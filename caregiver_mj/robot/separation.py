@@ -162,11 +162,7 @@ def child_cells(children: Iterable[ChildView], plan: FloorPlan) -> set[Cell]:
 
 
 def allowed_rate(
-    view: View,
-    robot: Embodiment,
-    velocity: Vector,
-    acceleration: Vector = (0.0, 0.0),
-    present: Vector = (0.0, 0.0),
+    view: View, robot: Embodiment, velocity: Vector, acceleration: Vector = (0.0, 0.0), present: Vector = (0.0, 0.0)
 ) -> float:
     """Return the share of its planned velocity, m/s, at which the base can still stop before it touches any child.
 

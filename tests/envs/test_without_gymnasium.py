@@ -26,6 +26,26 @@ def test_what_needs_it_says_so_in_a_line(module):
     assert "pip install 'caregiver_mj[gym]'" in last
 
 
+def test_importing_the_package_imports_neither_gymnasium_nor_numpy():
+    done = run("import sys, caregiver_mj; print(sorted({'gymnasium', 'numpy'} & sys.modules.keys()))")
+    assert (done.stdout.strip(), done.stderr) == ("[]", "")
+
+
+@pytest.mark.parametrize(
+    "imports",
+    [
+        "import caregiver_mj, gymnasium",
+        "import gymnasium; gymnasium.make('caregiver_mj:caregiver_mj/Supervise-v0')",
+        "import caregiver_mj.tasks; from gymnasium.envs.registration import register; import gymnasium",
+        "import caregiver_mj, importlib.util; importlib.util.find_spec('gymnasium'); import gymnasium",
+    ],
+)
+def test_environments_are_registered_once_whatever_is_imported_first(imports):
+    made = "import warnings; warnings.simplefilter('error')  # as where one is registered twice\n" + imports
+    done = run(made + "\nprint(sum(name.startswith('caregiver_mj/') for name in gymnasium.registry))")
+    assert (done.stdout.strip(), done.stderr) == ("4", "")
+
+
 def test_registering_loads_nothing_that_takes_long():
     code = (
         "import sys, gymnasium, caregiver_mj\n"

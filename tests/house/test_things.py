@@ -29,12 +29,10 @@ ROBOTS = ("mobile_fr3", "mobile_ur5e")
 
 
 def in_tray(physics):
-    """Whether each of the things is in the robot's tray."""
-    x, y, yaw = physics.base_position().tolist()
-    places = physics.thing_positions().tolist()
-    return np.array(
-        [physics.embodiment.tray.holds((*geometry.to_local((x, y, yaw), p[:2]), p[2])) for p in places], bool
-    )
+    """Whether each small thing is in the robot's tray."""
+    base, tray = physics.base_position(), physics.embodiment.tray
+    places = physics.thing_positions()
+    return np.array([tray.holds((*geometry.to_local(base, place[:2]), place[2])) for place in places])
 
 
 def test_a_child_takes_what_lies_in_the_cell_that_it_enters_and_is_hurt_once():

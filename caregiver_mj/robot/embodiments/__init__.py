@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import importlib
 from collections.abc import Callable
 from typing import Any
 
@@ -22,24 +23,15 @@ class _Makers(Registry[Callable[[], Embodiment]]):
         check_call(f"{self.what} '{name}'", found)
 
 
-# Each imports its module when it is called, and with it MuJoCo: their names do without.
-def _mobile_fr3() -> Embodiment:
-    from caregiver_mj.robot.embodiments.mobile_fr3 import mobile_fr3
-
-    return mobile_fr3()
-
-
-def _mobile_ur5e() -> Embodiment:
-    from caregiver_mj.robot.embodiments.mobile_ur5e import mobile_ur5e
-
-    return mobile_ur5e()
+def _maker(name: str) -> Callable[[], Embodiment]:  # its module, and with it MuJoCo, is imported at the first call
+    return lambda: getattr(importlib.import_module(f"{__name__}.{name}"), name)()
 
 
 EMBODIMENTS = _Makers(
     "robot",
     "caregiver_mj.embodiments",
     "caregiver_mj.robot.embodiment.Embodiment",
-    {"mobile_fr3": _mobile_fr3, "mobile_ur5e": _mobile_ur5e},
+    {name: _maker(name) for name in ("mobile_fr3", "mobile_ur5e")},
 )
 
 
