@@ -12,7 +12,7 @@ import pathlib
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from typing import Any, ClassVar, ParamSpec, TypeVar
+from typing import Any, ClassVar
 from unittest import mock
 
 import dm_env
@@ -41,8 +41,6 @@ from caregiver_mj.viz.episode import Episode
 from caregiver_mj.viz.film import DEFAULT_FPS, Studio, render_episode
 from study import Parser, tapes
 
-Arguments = ParamSpec("Arguments")
-Result = TypeVar("Result")
 Row = dict[str, float]
 
 EPSILON = 0.5  # of the child in all episodes
@@ -53,6 +51,10 @@ SUITE = ("manipulator:bring_ball", "humanoid:walk")  # tasks of dm_control
 _SUITE_SECONDS = 30.0  # simulated, at most, for each of those
 # Where foresight plans, from little to much.
 PLANS = ("paper", "apartment", "house-0-20x20", "house-0-40x40-stairwells6-candles40-tables20-bins6")
+# Options in the place of the model's own, which the first is; at last without sleep, nativeccd and multiccd.
+CHOICES = [("iterations", 20), ("iterations", 5), ("iterations", 50), ("tolerance", 1e-4), ("tolerance", 1e-10)]
+CHOICES += [("cone", 0), ("integrator", 0), ("integrator", 3), ("jacobian", 1), ("enableflags", 0)]
+CHOICES += [("disableflags", 1 << 17), ("disableflags", 1 << 19)]
 _BATCH = 400  # episodes at once
 _SECONDS = 4  # for which they run, times the repeats, if they do not end before
 GROWTH = {  # what grows, all else being the same: the side of a house, candles beside its two stairwells, and children
@@ -72,9 +74,7 @@ def add_options(parser: Parser) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Measure and print."""
-    print(
-        f"{os.cpu_count()} cores; load before the start {os.getloadavg()[0]:.1f}: figures are low if that is not near 0"
-    )
+    print(f"{os.cpu_count()} cores; load before {os.getloadavg()[0]:.1f}: figures are low if that is not near 0")
     for name in options.only:
         for title, figures in SECTIONS[name](options.seconds, options.repeats):
             print(f"\n{title}\n\n{figures.to_string(float_format='{:.4g}'.format, na_rep='')}", flush=True)
@@ -84,26 +84,19 @@ def run(options: argparse.Namespace) -> None:
 
 
 class Clock:
-    """Measures the time spent in functions. It stands still while another clock runs within them.
-
-    Attributes:
-        own: Seconds in all, without those of the clocks within.
-        times: Seconds of every call, with them. Calls of the same clock within calls are none of their own.
-    """
+    """Measures functions: all seconds without those of clocks within (`own`), and those of each call (`times`)."""
 
     _running: ClassVar[list[Clock]] = []
 
     def __init__(self, timer: Callable[[], float] = time.perf_counter):
-        """Begin with nothing, by a timer that tells seconds."""
-        self._timer = timer
-        self.own = 0.0
+        self._timer, self.own = timer, 0.0
         self.times: list[float] = []
 
-    def around(self, function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
+    def around(self, function: Callable[..., Any]) -> Callable[..., Any]:
         """Return the same function, timed."""
 
         @functools.wraps(function)
-        def timed(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
+        def timed(*args: Any, **kwargs: Any) -> Any:
             if self in self._running:
                 return function(*args, **kwargs)
             self._running.append(self)
@@ -133,13 +126,7 @@ class Clock:
 
 
 class Scene:
-    """A house with the scripted caregiver, and an episode of it on tape.
-
-    Attributes:
-        env: The environment.
-        policy: What acts in it.
-        steps: Control timesteps of the episode.
-    """
+    """A house with the scripted caregiver, and an episode of it on tape."""
 
     def __init__(
         self, house: str, seconds: float, caregiver: str = "expected-danger", sight: str = "all", children: int = 1
@@ -238,11 +225,9 @@ def _suite_task(domain: str, task: str) -> Callable[[float], float]:
 
     def play(seconds: float) -> float:
         steps = round(seconds / env.control_timestep())
-        env.reset()
         start = time.perf_counter()
         for _ in range(steps):
-            if env.step(action).last():
-                env.reset()
+            env.step(action)  # after an episode's last step it begins another
         return steps * env.control_timestep() / (time.perf_counter() - start)
 
     return play
@@ -303,6 +288,24 @@ def films(_seconds: float, repeats: int) -> Iterator[tuple[str, pd.DataFrame]]:
             figures[house] = pd.Series(own) * 1e3 / (repeats * DEFAULT_FPS)
     figures.loc["all"] = figures.sum()
     yield "Films of 640 x 480: ms of the processor a frame, without its encoder's", figures
+
+
+def physics(seconds: float, repeats: int) -> Iterator[tuple[str, pd.DataFrame]]:
+    """Yield what another value of an option costs in the replay of an episode, and how far off its end then is."""
+    for house in HOUSES[:4]:
+        scene, rows = Scene(house, seconds), []
+        scene.record()
+        option = scene.env.physics.model.ptr.opt
+        for name, value in CHOICES * repeats:
+            now, before = scene.replay()[0], getattr(option, name)
+            setattr(option, name, value)
+            other, end = scene.replay()
+            setattr(option, name, before)
+            rows.append({"": f"{name}={value:g}", "us": 1e6 * other / scene.steps, "over now": other / now, "end": end})
+        yield (
+            f"Another option in {house}: us a control step, over now, and the end's deviation",
+            pd.DataFrame(rows).groupby("", sort=False).median(),
+        )
 
 
 # -- The longest control steps -----------------------------------------------------------------------
@@ -409,4 +412,4 @@ def grown(job: tuple[int, int, int, float]) -> Row:
     }
 
 
-SECTIONS = {made.__name__: made for made in (closed_loop, control_steps, films, foresight, growth)}
+SECTIONS = {made.__name__: made for made in (closed_loop, control_steps, films, foresight, growth, physics)}
