@@ -25,6 +25,7 @@ from caregiver_mj.plans.visibility import FULL, PLACES, Sight, visibility
 from caregiver_mj.robot.geometry import Pose, Vector
 from caregiver_mj.robot.view import NO_GATES, NO_THINGS, ChildView, View
 
+_NOBODY: tuple[ChildView, ...] = ()
 _CLEAR_DISTANCE = 0.05  # metres of a move after which it is clear where the toddler is heading, ...
 _LATEST = 0.5  # ... or the share of a novice timestep after which it will not go anywhere any more
 _SMALLEST_MOVE = 0.005  # metres; a toddler that has moved less has not tried to; ...
@@ -119,9 +120,7 @@ class Perception:
             pairs = zip(poses.tolist(), rates.tolist(), strict=True)
             children = tuple([ChildView((x, y), (vx, vy)) for (x, y, _), (vx, vy, _) in pairs])
         left, right = observation["finger_position"].tolist()
-        lurking: tuple[ChildView, ...] = ()
-        hidden: tuple[ChildView, ...] = ()
-        numbers, gaze = None, None
+        numbers, lurking, hidden, gaze = None, _NOBODY, _NOBODY, None
         if "toddler_seen" in observation:
             numbers = tuple(np.flatnonzero(observation["toddler_seen"]).tolist())
             children = tuple(children[number] for number in numbers)
@@ -353,7 +352,7 @@ class Lurking:
 
     def forget(self) -> None:
         """Begin an episode."""
-        self._until, self._found = -math.inf, tuple[ChildView, ...]()
+        self._until, self._found = -math.inf, _NOBODY
 
     def at(
         self, base: Vector, now: float, gone: float, tracker: Tracker, seen: tuple[int, ...], visible: np.ndarray

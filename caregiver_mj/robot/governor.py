@@ -19,10 +19,8 @@ from caregiver_mj.robot.view import View
 
 def bound_turning(view: View, robot: RobotMotion) -> None:
     """Bound how fast the base turns."""
-    velocity, rate = robot.base_reference()[1], math.inf
-    if not separation.is_alone(view, robot.robot):
-        rate = separation.allowed_turning(view, robot.robot, velocity, robot.turning)
-    robot.bound_turning(rate)
+    velocity, alone = robot.base_reference()[1], separation.is_alone(view, robot.robot)
+    robot.bound_turning(math.inf if alone else separation.allowed_turning(view, robot.robot, velocity, robot.turning))
 
 
 def path_rate(view: View, robot: RobotMotion) -> float:

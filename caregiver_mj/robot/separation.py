@@ -75,7 +75,8 @@ _RUNS_ON = tuple(0.04 * i for i in range(8))
 
 def is_alone(view: View, robot: Embodiment) -> bool:
     """Return whether every child, also one that may be there unseen, is too far away for anything to be bounded."""
-    return view.nearest - robot.footprint - CHILD_RADIUS > _FAR + _SEPARATION
+    apart = robot.footprint + CHILD_RADIUS + _SEPARATION + _FAR
+    return all(math.dist(it.position, view.base[:2]) > apart for it in view.children + view.hidden + view.lurking)
 
 
 def gap(view: View, robot: Embodiment, unseen: tuple[ChildView, ...] = ()) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 import math
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -82,12 +81,6 @@ class View:
     lurking: tuple[ChildView, ...] = ()
     hidden: tuple[ChildView, ...] = ()
     gaze: float | None = None
-
-    @functools.cached_property
-    def nearest(self) -> float:
-        """Metres from the base's middle to that of the nearest child, or of where one may be unseen."""
-        places = [child.position for child in self.children + self.hidden + self.lurking]
-        return min([math.dist(place, self.base[:2]) for place in places], default=math.inf)
 
     @property
     def unseen(self) -> tuple[ChildView, ...]:
