@@ -70,7 +70,7 @@ class Motion:
         self.nearest = apart[self.stands].argmin(axis=1)
         self.end = np.array([np.array(goal)[apart[goal].argmin(axis=0)] for goal in goals]).reshape(-1, cells)
 
-    @property
+    @functools.cached_property
     def turns(self) -> list[tuple[int, float]]:
         """Steps that it makes in a timestep to come, and the share of the timesteps in which it makes so many.
 

@@ -262,7 +262,7 @@ class ValueTable:
     def _solve(self, chain: ChildChain, bare: np.ndarray, shut: frozenset[int]) -> np.ndarray:
         """Iterate from a share of the damage to a child alone; what `bare` tables and stairs do, (C, 1, J)."""
         cells, places, states = self._cells, self._places, self._states
-        bears, discount = self.layouts.bears, self._objective.discount
+        bears, discount, tolerance = self.layouts.bears, self._objective.discount, self._objective.tolerance
         transition, cost, price = self._dynamics(chain)
         first = np.arange(cells)[:, None] * places
         self._rows = {
@@ -300,18 +300,18 @@ class ValueTable:
                 fetched = {
                     steps: [(one.rows, one.which, one.best(ahead)) for one in found] for steps, found in fetches.items()
                 }
-            change = 0.0
+            changes = False
             for layout, now in enumerate(value):  # one after the other, for one fits into the processor's cache
                 self._best(layout, now, fetched, best)
                 np.add((transition @ best.ravel()).reshape(best.shape), cost[layout], out=new[layout])
                 self._close(layout, new[layout])
-                change = max(change, float(np.abs(np.subtract(new[layout], now, out=best)).max()))
+                changes = changes or np.abs(np.subtract(new[layout], now, out=best), out=best).max() >= tolerance
             if looks and sweep in self._settles:
                 for lasting, group in apart:
                     more = (new[..., lasting] - value[..., lasting]).mean()
                     to_come[group] = discount / (1.0 - discount) * more
             value, new = new, value
-            if change < self._objective.tolerance:
+            if not changes:
                 break
         self._arrive(value)
         for gate in shut:
@@ -485,21 +485,20 @@ class ValueTable:
             )
             child_, stand_, left_ = (np.broadcast_to(part, shape).ravel() for part in each)
             numbers, meanwhile = self._leg(here, source, target, child_, stand_, left_ / 1e6)
-            found.append(_Fetch(rows, which.ravel(), numbers.reshape(shape), meanwhile.reshape(*shape, -1)))
+            found.append(_Fetch(rows, which.ravel(), numbers.reshape(shape), meanwhile.reshape(*shape, self._states)))
         return found
 
     def _arrive(self, value: np.ndarray) -> None:
         """Bring `_ahead` up to date: values of having put a candle on each table some moves of the child later."""
-        if not self._ahead.size:
-            return
         by_cell = value.reshape(len(value), self._cells, self._places, self._states)
-        for table, cells in enumerate(self.motion.stands):
-            found = self._ahead[table]
-            found[0] = by_cell[self.layouts.bears[:, table]][:, :, cells].swapaxes(1, 2)
-            ahead = np.ascontiguousarray(found[0].reshape(-1, self._cells * self._states).T)
-            for move in range(self._most[table]):
-                ahead = self._alone @ ahead
-                found[move + 1].reshape(-1, self._cells * self._states)[:] = ahead.T
+        for table, most in enumerate(self._most if self._ahead.size else []):
+            taken = np.delete(self.motion.stands, table, axis=0)  # where a candle from another table is taken
+            for beside in np.unique(self.motion.nearest[table, taken]).tolist():
+                found = by_cell[self.layouts.bears[:, table], :, self.motion.stands[table, beside]]
+                ahead = np.ascontiguousarray(found.reshape(len(found), -1).T)
+                for move in range(most + 1):
+                    self._ahead[table, move, :, beside] = ahead.T.reshape(found.shape)
+                    ahead = self._alone @ ahead
 
     def _damage_meanwhile(self) -> np.ndarray:
         """Return what is done in some moves of a child with nobody in its way, (moves, C, 1 + tables, J).
