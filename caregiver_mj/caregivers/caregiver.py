@@ -200,7 +200,7 @@ def _check_kinds(who: str, hazards: Hazards, given: Interventions) -> None:
             continue
         at = [kind for kind in kinds_at(where) if kind.verb == name] or kinds_at(where)
         right = [number for number, kind in enumerate(hazards.kinds) if kind in at]
-        wrong = numbers[~np.isin(numbers, right)]
+        wrong = numbers[(numbers[:, None] != right).all(axis=1)]
         if wrong.size:
             kinds = " or ".join(kind.name for kind in at)
             raise CaregiverError(

@@ -360,8 +360,9 @@ class GridWorld:
         if self.meanwhile == actions:
             self.arrive()
         self.ledger.seen += self.eyes.tracker.seen if self.eyes else 1
-        verb, handles = self.orders.verb, [name for name, one in VERBS.items() if one.handles]
-        self.ledger.spent += np.stack([verb == LOOK, verb == BLOCK, np.isin(verb, handles)], axis=1)
+        verb = self.orders.verb
+        handles = np.any([verb == name for name, one in VERBS.items() if one.handles], axis=0)
+        self.ledger.spent += np.stack([verb == LOOK, verb == BLOCK, handles], axis=1)
 
     def act_caregiver(
         self, caregiver: Caregiver, acts: np.ndarray | bool = True, decides: np.ndarray | bool = True

@@ -63,7 +63,7 @@ class Interventions(Sequence[Intervention]):
     @classmethod
     def idle(cls, batch: int) -> Interventions:
         """Return the intervention of standing aside, in B worlds."""
-        return cls.of([Intervention()] * batch)
+        return cls(np.full(batch, STAND_ASIDE, object), *np.full((2, batch), NOTHING))
 
     def __len__(self) -> int:
         return len(self.verb)
