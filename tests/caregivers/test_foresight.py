@@ -210,6 +210,12 @@ class TestValueTable:
         # With the child beside the first table and the caregiver far from it, the candle is better elsewhere.
         assert (found.at(near_second, 0, 3) < found.at(near_first, 0, 3)).all()
 
+    def test_who_takes_longer_than_a_timestep_to_take_a_candle_plans_to_leave_it(self):
+        plan = FloorPlan.parse(THREE_TABLES)
+        slow, quick = (value_tables(plan, Pace(get=get))[frozenset()].value for get in (4.0, 1.0))
+        assert np.isfinite(slow).all()
+        assert (quick <= slow + 0.01).all()
+
     def test_what_is_expected_is_what_happens(self):
         """The damage and the price that are expected at first are about what comes, told everything."""
         plan, episodes = FloorPlan.load("train-100/36"), 200
