@@ -237,16 +237,9 @@ class ValueTable:
         found[self.layouts.after[layout, source, table] < 0] = _NEVER
         return found
 
-    def _leg(
-        self,
-        layout: np.ndarray,
-        source: np.ndarray,
-        table: np.ndarray,
-        child: np.ndarray,
-        stand: np.ndarray,
-        left: np.ndarray,
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def _leg(self, *candle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return rows of `_ahead` for `carried`, (n,), and damage and price until the candle is put down, (n, J)."""
+        layout, source, table, child, stand, left = candle
         after = self.layouts.after[layout, source, table]
         moves = np.minimum(self.motion.carry(stand, table, child, left), self.motion.longest)
         where = table, moves, self._column[table, after], self.motion.nearest[table, stand], child
