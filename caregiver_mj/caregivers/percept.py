@@ -151,7 +151,7 @@ class Outlook:
         """
         cells, goals, epsilons = self.chain.shape
         passage = _passages(self.chain, timesteps).reshape(cells, goals * epsilons, -1)
-        reach = self._expected(passage)  # stairwells, then tables
+        reach = self.expected(passage)  # stairwells, then tables
         stairwells, tables = np.split(reach, [len(plan.stairwells)], axis=2)
         table = percept.candle_table[:, None]
         candles = np.take_along_axis(tables, np.where(table == NOTHING, 0, table), axis=2) if tables.size else tables
@@ -162,12 +162,12 @@ class Outlook:
                 candles[world, :, candle] = 1.0 / np.maximum(1, steps)
         entry = _entries(self.chain, plan.floor_cells, timesteps)
         entry = entry.reshape(cells, goals * epsilons, len(plan.floor_cells))
-        lying = self._expected(entry)
+        lying = self.expected(entry)
         if percept.gone is not None:
             lying = np.where(percept.gone[:, None], 0.0, lying)
         return plan.hazards.join(stairwells, candles, lying)
 
-    def _expected(self, values: np.ndarray) -> np.ndarray:
+    def expected(self, values: np.ndarray) -> np.ndarray:
         """Return what is to be expected of each child, (B, K, n), by what follows from its state, (cells, G E, n)."""
         if self.joint is not None:
             return np.einsum("bkcg,cgo->bko", self.joint.reshape(*self.cell.shape, *values.shape[:2]), values)

@@ -101,19 +101,19 @@ class Followers:
     """Finds out which children go wherever the caregiver is: what it stands beside they stand beside."""
 
     def __init__(self, plan: FloorPlan, batch: int, children: int):
-        self._belief = Belief(child_chain(plan), batch, children, CHANGE)
+        self.belief = Belief(child_chain(plan), batch, children, CHANGE)
 
     def watch(self, percept: Percept) -> None:
         """Take in the children's last moves."""
         if percept.belief:
-            self._belief = percept.belief
+            self.belief = percept.belief
         else:
-            self._belief.watch(percept.previous_cell, percept.previous_action, percept.caregiver_cell)
+            self.belief.watch(percept.previous_cell, percept.previous_action, percept.caregiver_cell)
 
     @property
     def there(self) -> np.ndarray:
         """Whether some child follows the caregiver and hardly ever strays, bool (B,)."""
-        return np.any(self._belief.probability[..., -1, 0] > _SURE, axis=1)
+        return np.any(self.belief.probability[..., -1, 0] > _SURE, axis=1)
 
 
 @functools.lru_cache(maxsize=4)

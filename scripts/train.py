@@ -1,0 +1,407 @@
+"""Train the learned caregiver: DAgger, with `foresight` as the teacher, in the batched grid.
+
+    python scripts/train.py --out runs/learned                  # an hour on two cores
+    python scripts/train.py --out runs/learned --minutes 2      # to see it work
+    python scripts/train.py --out runs/learned --resume
+
+Houses come in blocks, each house once. In all houses of a block children walk about while the network of the blocks so
+far decides (in the first block the paper's rule), now and then astray; at some of its decisions `foresight` says how
+much damage is to be expected of each option. Then the network is trained on all that has been said so far, so that the
+least is to be expected of what it draws. So it learns where its own decisions take it (Ross, Gordon and Bagnell,
+AISTATS 2011), and by what a decision costs (Ross and Bagnell, arXiv 1406.5979).
+
+In DIR there are then learned.npz, the weights; curve.csv and curve.svg; and what a run that goes on needs: a file for
+each house, and the weights after each block. With the same seed, houses and --jobs of any number the weights are the
+same, unless --minutes cut it short; an interrupted run that goes on comes to those of one that was not.
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # more of them would be no faster, and add up in another order
+
+import argparse
+import collections
+import concurrent.futures
+import contextlib
+import csv
+import multiprocessing
+import pathlib
+import sys
+import time
+
+import numpy as np
+from matplotlib.figure import Figure
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from caregiver_mj.caregivers.foresight.child_model import EPSILONS
+from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
+from caregiver_mj.caregivers.foresight.options import Cases, Sums
+from caregiver_mj.caregivers.foresight.value_table import candles_at_a_time
+from caregiver_mj.caregivers.paper import PaperCaregiver
+from caregiver_mj.caregivers.percept import bare_tables
+from caregiver_mj.children.tape import Tape
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.grid.world import GridWorld
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.plans.sets import houses_named
+
+sys.path.insert(0, str(pathlib.Path(__file__).parents[1] / "examples"))
+from learned_caregiver import LearnedCaregiver, Weights, layers
+
+HOUSES = ("train-240", "home-train-120", "shapes-train-60")
+JUDGED = 12  # houses, the first ones, in which none is trained: to choose by
+BLOCK = 12  # houses
+HIDDEN = 96
+EPISODES, PAIRS = 64, 16  # in a house, of one child and of two
+CALLS, SHARE = 0.2, 0.25  # share of decisions that the teacher is asked about: of the calls, and of the worlds in each
+ASTRAY, BACK = 0.05, 0.3  # probability, in a timestep, to begin with an option drawn at random, and to end that
+BATCH, RATE, MOST = 512, 2e-3, 3.0  # decisions; step size; damage by which an option is worse, at most
+LOOSE = 0.01  # weight of the entropy of what is drawn, in damage
+PASSES, LAST = 3, 16  # through all data after each block, and in the end
+_BETA = 0.9, 0.999, 0.998  # decay of Adam's moments, and of the mean of the weights that is kept
+
+
+class Teacher(ForesightCaregiver):
+    """Says what is to be expected of each option of the learner.
+
+    Attributes:
+        said: That damage, (B, options), infinite for what cannot be done.
+    """
+
+    said = np.empty(0)
+
+    def _options(self, values, percept, worlds):
+        every = np.arange(len(worlds))
+        sums = Sums.zeros(values, values.motion, every, percept, worlds)
+        for child, belief in enumerate(np.moveaxis(self.belief.probability[worlds], 1, 0)):
+            wants = belief.reshape(len(worlds), -1)[:, values.possible].astype(np.float32)
+            sums.add(Cases(every, percept.child_cell[worlds, child], wants))
+        options, openings = sums.options(), len(self.plan.stairwells)
+        bare = bare_tables(percept.candle_table[worlds], len(self.plan.tables))
+        pairs = np.full((*sums.got.shape, len(self.plan.tables)), np.inf)
+        if sums.carried.size:
+            gone = np.zeros(sums.lying.shape, bool) if percept.gone is None else percept.gone[worlds]
+            left = (sums.lying * ~gone).sum(axis=1)[:, None, None]
+            going = options.damage[:, openings + 2 : sums.things.start, None]
+            found = np.where(sums.got[..., None], sums.carried.min(axis=3) + left, going)
+            where = np.nonzero(bare)[1].reshape(len(worlds), 1, -1)
+            np.put_along_axis(pairs, np.broadcast_to(where, found.shape), found, axis=2)
+        others = options.damage[:, sums.things], options.damage[:, openings : openings + 2]
+        self.said[worlds] = np.column_stack([options.damage[:, :openings], pairs.reshape(len(worlds), -1), *others])
+        return options
+
+
+class Learner(LearnedCaregiver):
+    """The learner, its teacher beside it; sometimes astray.
+
+    Attributes:
+        heard: For each time that the teacher was asked the rows of features, how many of each world, and the damage.
+    """
+
+    def __init__(self, plan: FloorPlan, net: Weights | None, teacher: Teacher, random: np.random.Generator):
+        self.net, self._teacher, self._random, self.heard = net, teacher, random, []
+        self._rule = PaperCaregiver(plan)
+        super().__init__(plan)
+
+    def reset(self, batch, seeds=None, children=1):
+        super().reset(batch, seeds, children)
+        self._teacher.pace = self.pace
+        self._rule.reset(batch, seeds, children)
+        self._astray = np.full(batch, NOTHING)
+
+    def watch(self, percept):
+        super().watch(percept)
+        self._rule.watch(percept)
+        drawn = self._random.random((2, len(self._astray)))
+        option = self._random.integers(len(self.hazard), size=len(self._astray))
+        self._astray = np.where(drawn[0] < ASTRAY, option, np.where(drawn[1] < BACK, NOTHING, self._astray))
+
+    def decide(self, percept):
+        features, there = self.features(percept)
+        if self._random.random() < CALLS:
+            asked = np.flatnonzero((percept.holding == NOTHING) & (self._random.random(len(there)) < SHARE))
+            if asked.size:
+                self._ask(percept, asked, features, there)
+        each = np.arange(len(there))
+        if self.net is None:
+            orders = self._rule.decide(percept)
+        else:
+            score = np.full(there.shape, -np.inf)
+            score[there] = layers(self.net, features[there], there.sum(axis=1))[-1]
+            orders = self.take(score.argmax(axis=1))
+        return self.take(self._astray).where((self._astray != NOTHING) & there[each, self._astray], orders)
+
+    def _ask(self, percept, asked, features, there):
+        self._teacher.belief, self._teacher.said = self.followers.belief, np.zeros(there.shape)
+        self._teacher.options(percept, asked)
+        said = self._teacher.said[asked]
+        there = there[asked] & np.isfinite(said) & (said < 1e6)
+        self.heard.append(
+            (features[asked][there].astype(np.float32), there.sum(axis=1), said[there].astype(np.float32))
+        )
+
+
+def visit(name: str, net: Weights | None, seed: int) -> tuple[np.ndarray, ...] | None:
+    """Return what is heard in a house: rows of features, how many of each decision, and damage; None for nothing."""
+    plan, random = FloorPlan.load(name), np.random.default_rng([seed, *map(ord, name)])
+    if not len(plan.hazards) or candles_at_a_time(plan) < min(1, len(plan.candle_tables)):
+        return None  # foresight cannot plan it
+    teacher, heard = Teacher(plan), []
+    for children, episodes in ((1, EPISODES), (2, PAIRS)):
+        learner = Learner(plan, net, teacher, random)
+        world = GridWorld(plan, [0.5] * children, learner)
+        for behaviour in world.behaviours:
+            epsilons = np.resize(EPSILONS, episodes) + random.uniform(-0.1, 0.1, episodes)
+            epsilons = np.clip(epsilons, 0.02, 1.0)
+            behaviour.epsilons = lambda _, epsilons=epsilons: epsilons
+        seeds = random.integers(2**31, size=episodes)
+        world.run([Tape.draw_family(np.random.RandomState(one), children) for one in seeds])
+        heard += learner.heard
+    return tuple(np.concatenate(part) for part in zip(*heard, strict=True))
+
+
+def gradients(
+    net: Weights, rows: np.ndarray, counts: np.ndarray, worse: np.ndarray, loose: float = LOOSE
+) -> tuple[float, Weights]:
+    """Return the damage beyond the least that is to be expected of what the network draws, and gradients of the loss.
+
+    That is the same with the entropy of what is drawn taken off. Of each option there is by how much it is worse than
+    the best, (N,); the rest is as for `layers`.
+    """
+    first, (x, one, around, two, score) = np.cumsum(counts) - counts, layers(net, rows, counts)
+    score = np.exp(score - np.maximum.reduceat(score, first).repeat(counts))
+    share = score / np.add.reduceat(score, first).repeat(counts)
+    cost = worse + loose * np.log(np.maximum(share, 1e-12))
+    by_score = share * (cost - np.add.reduceat(share * cost, first).repeat(counts)) / np.float32(len(counts))
+    by_two = by_score[:, None] * net["w3"] * (two > 0)
+    together = np.add.reduceat(by_two, first)
+    back = together @ net["u2"].T / counts[:, None].astype(two.dtype)
+    by_one = (by_two @ net["w2"].T + back.repeat(counts, axis=0)) * (one > 0)
+    found = {"w1": x.T @ by_one, "b1": by_one.sum(axis=0), "w2": one.T @ by_two, "u2": around.T @ together}
+    return float((share * worse).sum()) / len(counts), found | {"b2": by_two.sum(axis=0), "w3": two.T @ by_score}
+
+
+def begin(rows: np.ndarray, random: np.random.Generator) -> Weights:
+    """Return weights to begin with, by some features."""
+    inputs, draw = rows.shape[1], lambda *shape: random.standard_normal(shape) * np.sqrt(2 / shape[0])
+    net = {"w1": draw(inputs, HIDDEN), "b1": np.zeros(HIDDEN), "w2": draw(HIDDEN, HIDDEN), "b2": np.zeros(HIDDEN)}
+    net |= {"u2": 0.3 * draw(HIDDEN, HIDDEN), "w3": 0.5 * draw(HIDDEN)}
+    net |= {"mean": rows.mean(axis=0), "spread": np.maximum(rows.std(axis=0), 0.01)}
+    return {name: value.astype(np.float32) for name, value in net.items()}
+
+
+def fit(
+    net: Weights, data: tuple[np.ndarray, ...], passes: int, random: np.random.Generator, seconds: float = np.inf
+) -> tuple[Weights, float]:
+    """Return the weights after some passes through the data (Adam), and the mean loss of the last one."""
+    (rows, counts, damage), until = data, time.monotonic() + seconds
+    first = np.cumsum(counts) - counts
+    worse = np.minimum(damage - np.minimum.reduceat(damage, first).repeat(counts), MOST)
+    useful = np.flatnonzero(np.add.reduceat(worse, first) > 0)  # in the others there is nothing to choose
+    means, squares = ({name: np.zeros_like(value) for name, value in net.items()} for _ in range(2))
+    net, kept, step, loss = dict(net), dict(net), 0, np.nan
+    steps = passes * -(-len(useful) // BATCH)
+    for _ in range(passes):
+        losses, order = [], random.permutation(useful)
+        for some in np.split(order, range(BATCH, len(order), BATCH)):
+            size = counts[some]
+            which = (first[some] - np.cumsum(size) + size).repeat(size) + np.arange(size.sum())
+            loss, found = gradients(net, rows[which], size, worse[which])
+            losses.append(loss)
+            step += 1
+            rate = np.float32(RATE * (0.5 + 0.5 * np.cos(np.pi * step / steps)))
+            for name, gradient in found.items():
+                means[name] += np.float32(1 - _BETA[0]) * (gradient - means[name])
+                squares[name] += np.float32(1 - _BETA[1]) * (gradient**2 - squares[name])
+                scale = np.sqrt(squares[name] / np.float32(1 - _BETA[1] ** step)) + np.float32(1e-8)
+                net[name] = net[name] - rate * means[name] / np.float32(1 - _BETA[0] ** step) / scale
+                kept[name] = kept[name] + np.float32(max(1 - _BETA[2], 1 / step)) * (net[name] - kept[name])
+        loss = float(np.mean(losses)) if losses else 0.0
+        if time.monotonic() > until:
+            break
+    return kept, loss
+
+
+def regret(net: Weights, data: tuple[np.ndarray, ...]) -> float:
+    """Return by how much damage a decision, on an average, is worse than the best."""
+    rows, counts, damage = data
+    first, score = np.cumsum(counts) - counts, layers(net, rows, counts)[-1]
+    best = score == np.maximum.reduceat(score, first).repeat(counts)
+    chosen = np.add.reduceat(damage * best, first) / np.add.reduceat(best, first)
+    return float((chosen - np.minimum.reduceat(damage, first)).mean())
+
+
+def judge(name: str, net: Weights | None, who: str, episodes: int = 8) -> float:
+    """Return the mean damage of an episode in a house over the paper's five novices."""
+    plan = FloorPlan.load(name)
+    caregiver = {"rule": PaperCaregiver, "foresight": ForesightCaregiver, "learned": LearnedCaregiver}[who](plan)
+    if isinstance(caregiver, LearnedCaregiver):
+        caregiver.net = net
+    world = GridWorld(plan, 0.5, caregiver)
+    world.behaviours[0].epsilons = lambda _: np.repeat(EPSILONS, episodes)
+    seeds = [*range(episodes)] * len(EPSILONS)
+    return float(world.run([Tape.draw_family(np.random.RandomState(seed), 1) for seed in seeds]).damage.sum()) / len(
+        seeds
+    )
+
+
+def draw(path: pathlib.Path, rows: list[dict[str, float]]) -> None:
+    """Draw the curve."""
+    figure = Figure(figsize=(6.4, 3.2), layout="constrained")
+    axes = figure.subplots()
+    houses = [row["houses"] for row in rows]
+    axes.plot(houses, [row["regret"] for row in rows], "o-", label="in new houses, before training on them")
+    axes.plot(houses, [row["loss"] for row in rows], "s-", label="of what is drawn, on all so far")
+    axes.set(xlabel="houses", ylabel="regret a decision, damage", ylim=(0, None))
+    axes.legend(frameon=False)
+    figure.savefig(path)
+
+
+class Run:
+    """A training run in a folder, house by house."""
+
+    def __init__(self, folder: pathlib.Path, houses: list[str], seed: int, jobs: int, minutes: float):
+        self._folder, self._houses, self._seed, self._jobs = folder, houses, seed, jobs
+        self._begun, self._seconds = time.monotonic(), 60 * minutes
+        self._rows: list[dict[str, float]] = []
+        self._parts: list[tuple[np.ndarray, ...]] = []
+
+    def left(self) -> float:
+        """Return how many seconds are left."""
+        return self._begun + self._seconds - time.monotonic()
+
+    def train(self, pool: concurrent.futures.Executor, progress: Progress) -> Weights:
+        """Return the weights after all houses, or all that there was time for."""
+        net: Weights | None = None
+        bar = progress.add_task("houses", total=len(self._houses))
+        blocks = [self._houses[first : first + BLOCK] for first in range(0, len(self._houses), BLOCK)]
+        for number, names in enumerate(blocks):
+            new = self._hear(pool, names, net, lambda: progress.advance(bar))
+            if not new:
+                break
+            self._parts += new
+            kept = self._folder / f"block-{number}.npz"
+            before = regret(net, _joined(new)) if net else np.nan
+            if kept.exists():
+                with np.load(kept) as file:
+                    net, loss = {name: file[name] for name in file if name != "loss"}, float(file["loss"])
+            else:
+                random, data = np.random.default_rng([self._seed, number]), _joined(self._parts)
+                net, loss = fit(net or begin(data[0], random), data, PASSES, random, max(1.0, 0.3 * self.left()))
+                _save(kept, net | {"loss": np.array(loss)})
+            self._note(number, before, loss, progress.console)
+            if self.left() < 0.2 * self._seconds:
+                break
+        if net is None:
+            raise CaregiverError(
+                "houses must have some that foresight can plan, and --minutes be enough for one of them"
+            )
+        progress.console.print("the last passes through all data")
+        return fit(net, _joined(self._parts), LAST, np.random.default_rng([self._seed, 10**6]), max(1.0, self.left()))[
+            0
+        ]
+
+    def _hear(self, pool, names, net, done) -> list[tuple[np.ndarray, ...]]:
+        """Return what is heard in the houses of a block, as far as there is time."""
+        files = {name: self._folder / f"{name}.npz" for name in names}
+        waiting = collections.deque(name for name in names if not files[name].exists())
+        running: dict[concurrent.futures.Future, str] = {}
+        while waiting or running:
+            while waiting and len(running) < self._jobs:
+                if self.left() < 0.25 * self._seconds and (running or len(waiting) < len(names) or self._parts):
+                    waiting.clear()
+                    break
+                name = waiting.popleft()
+                running[pool.submit(visit, name, net, self._seed)] = name
+            ready, _ = concurrent.futures.wait(running, return_when=concurrent.futures.FIRST_COMPLETED)
+            for one in ready:
+                found = one.result() or (np.zeros((0, 0)), np.zeros(0, int), np.zeros(0))
+                _save(files[running.pop(one)], dict(zip(("rows", "counts", "damage"), found, strict=True)))
+        heard = []
+        for file in (file for file in files.values() if file.exists()):
+            done()
+            with np.load(file) as found:
+                if len(found["counts"]):
+                    heard.append((found["rows"], found["counts"], found["damage"]))
+        return heard
+
+    def _note(self, number: int, before: float, loss: float, console: Console) -> None:
+        decisions = sum(len(part[1]) for part in self._parts)
+        minutes = (time.monotonic() - self._begun) / 60
+        row = {"block": number, "houses": len(self._parts), "decisions": decisions, "regret": before, "loss": loss}
+        self._rows.append(row | {"minutes": round(minutes, 2)})
+        console.print(
+            f"block {number}: {len(self._parts)} houses, {decisions} decisions, regret in new houses {before:.4f}, "
+            f"of what is drawn {loss:.4f}, {minutes:.1f} min"
+        )
+        with open(self._folder / "curve.csv", "w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, self._rows[0])
+            writer.writeheader()
+            writer.writerows(self._rows)
+        draw(self._folder / "curve.svg", self._rows)
+
+
+def _joined(parts: list[tuple[np.ndarray, ...]]) -> tuple[np.ndarray, ...]:
+    return tuple(np.concatenate(part) for part in zip(*parts, strict=True))
+
+
+def _save(path: pathlib.Path, arrays: Weights) -> None:
+    """Write a file, all of it or nothing."""
+    part = path.with_suffix(".part")
+    with open(part, "wb") as file:
+        np.savez(file, **arrays)
+    part.replace(path)
+
+
+def mixed(sets: list[str]) -> list[str]:
+    """Return the names of the houses of several sets, in turn by how many of each there are."""
+    names = [[plan.name for plan in houses_named(one)] for one in sets]
+    order = sorted(
+        ((i + 0.5) / len(some), which, name) for which, some in enumerate(names) for i, name in enumerate(some)
+    )
+    return [name for _, _, name in order]
+
+
+def main(arguments: list[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=pathlib.Path, required=True, metavar="DIR", help="where all goes")
+    parser.add_argument("--minutes", type=float, default=55.0, help="after so many it comes to an end (default: 55)")
+    parser.add_argument("--seed", type=int, default=0, help="of episodes and weights (default: 0)")
+    parser.add_argument("--houses", nargs="+", default=HOUSES, help=f"to learn in (default: {' '.join(HOUSES)})")
+    parser.add_argument("--jobs", type=int, default=2, help="processes (default: 2)")
+    parser.add_argument("--resume", action="store_true", help="go on with the run in DIR")
+    given = parser.parse_args(arguments)
+    if any(word in name for name in given.houses for word in ("test", "drawn")):
+        parser.error("--houses must be none to be tested in")
+    if not given.minutes > 0:
+        parser.error(f"--minutes must be positive, got {given.minutes}")
+    if given.out.exists() and any(given.out.iterdir()) and not given.resume:
+        parser.error(f"--out must be empty without --resume, got {given.out}")
+    given.out.mkdir(parents=True, exist_ok=True)
+    console = Console()
+    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
+    names = mixed(given.houses)
+    judged, names = names[:JUDGED], names[JUDGED:] or names
+    run = Run(given.out, names, given.seed, given.jobs, given.minutes)
+    context = multiprocessing.get_context("spawn")
+    with (
+        concurrent.futures.ProcessPoolExecutor(given.jobs, context) as pool,
+        Progress(*columns, console=console) as progress,
+    ):
+        net = run.train(pool, progress)
+    _save(given.out / "learned.npz", {name: value.astype(np.float16) for name, value in net.items()})  # 60 kB
+    console.print(f"{given.out / 'learned.npz'}: set `LearnedCaregiver.net` to it, or put it into examples")
+    with contextlib.suppress(KeyboardInterrupt):
+        if run.left() > 0.05 * 60 * given.minutes:
+            damage = {who: np.mean([judge(name, net, who) for name in judged]) for who in ("rule", "learned")}
+            console.print(
+                f"damage in {len(judged)} other houses: " + ", ".join(f"{a} {b:.2f}" for a, b in damage.items())
+            )
+
+
+if __name__ == "__main__":
+    main()
