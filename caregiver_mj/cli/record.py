@@ -207,7 +207,8 @@ def write(arguments: argparse.Namespace, recipe: Recipe, store: Store, name: str
         if arguments.format == "minari":
             from caregiver_mj.recording.minari_dataset import write_minari
 
-            spec = recipe.spec(_known_name(arguments.house))
+            house = arguments.house  # a data set is read on any machine: it has no name of a file of this one
+            spec = recipe.spec(house if house in house_names() or sets.house(house) is not None else None)
             write_minari(pathlib.Path(arguments.out), name, episodes, recipe.about(), recipe.spaces(), spec)
         else:
             from caregiver_mj.recording.lerobot_dataset import write_lerobot
@@ -215,9 +216,3 @@ def write(arguments: argparse.Namespace, recipe: Recipe, store: Store, name: str
             write_lerobot(target, episodes, recipe.about())
     except OSError as error:
         raise StorageError(f"'{target}' cannot be written: {error}; the episodes are kept: --resume") from None
-
-
-def _known_name(house: str) -> str | None:
-    """The name of a house; None of one that was read from a file, for a data set is read on any machine."""
-    named = house in house_names() or sets.house(house) is not None
-    return house if named else None

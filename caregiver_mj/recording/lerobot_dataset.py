@@ -117,7 +117,8 @@ class _Writer:
             "terminated": episode.terminated,
             "diverged": episode.diverged,
         }
-        found = {name: of_values(column) for name, column in values.items()}
+        numbers = {name: column.reshape(len(column), -1).astype(float) for name, column in values.items()}
+        found = {name: _stats(column, len(column)) for name, column in numbers.items()}
         for name, film in self._films.items():
             frames = episode.frames[name][: len(episode)]
             row |= film.add(frames)
@@ -307,12 +308,6 @@ def table(values: dict[str, np.ndarray]) -> pa.Table:
         else:
             arrays[name] = pa.FixedSizeListArray.from_arrays(pa.array(column.ravel(), kind), column.shape[1])
     return pa.table(arrays)
-
-
-def of_values(values: np.ndarray) -> Stats:
-    """Return those of a column (n,) or (n, values), over its rows."""
-    values = values.reshape(len(values), -1).astype(float)
-    return _stats(values, len(values))
 
 
 def of_frames(frames: np.ndarray) -> Stats:

@@ -206,9 +206,7 @@ def arm_of(embodiment: Embodiment) -> Arm:
 def hand_position(view: View, robot: Embodiment) -> np.ndarray:
     """Return the pinch point between a robot's fingers, in the house, (3,)."""
     x, y, z = arm_of(robot).pinch(view.arm).tolist()
-    place = np.array([*geometry.to_world(view.base, (x, y)), z])
-    place.flags.writeable = False
-    return place
+    return np.array([*geometry.to_world(view.base, (x, y)), z])
 
 
 def hand_offset(view: View, robot: Embodiment) -> Vector:

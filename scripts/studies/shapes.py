@@ -44,12 +44,10 @@ def page(house: pd.DataFrame, grid: pd.DataFrame, cells: pd.DataFrame, settings:
     """Return the page of the same episodes in both worlds."""
     drawn = {plan.name for plan in houses_named(["drawn-10"])}
     of_shape = {name: "drawn by hand" if name in drawn else shape_of(name) for name in dict.fromkeys(house.house)}
+    groups = {where: [name for name in of_shape if of_shape[name] == where] for where in of_shape.values()}
+    groups["all"] = [*of_shape]
     caregivers = [name for name in settings.caregivers if name != "none"]
-    lines = [
-        _line(where, names, caregiver, house, grid)
-        for where, names in _groups(of_shape).items()
-        for caregiver in caregivers
-    ]
+    lines = [_line(where, names, caregiver, house, grid) for where, names in groups.items() for caregiver in caregivers]
     harmed = cells[cells.harm_verdict == "more"]
     values = {
         "settings": settings,
@@ -66,14 +64,6 @@ def page(house: pd.DataFrame, grid: pd.DataFrame, cells: pd.DataFrame, settings:
         "harm": {name: [*harmed.house[harmed.caregiver == name]] for name in caregivers},
     }
     return Page(values)
-
-
-def _groups(of_shape: dict[str, str]) -> dict[str, list[str]]:
-    """Return the houses of each shape, and all of them."""
-    groups: dict[str, list[str]] = {}
-    for name, where in of_shape.items():
-        groups.setdefault(where, []).append(name)
-    return {**groups, "all": [*of_shape]}
 
 
 def _line(where: str, names: list[str], caregiver: str, house: pd.DataFrame, grid: pd.DataFrame) -> dict[str, Any]:
