@@ -19,7 +19,8 @@ from __future__ import annotations
 
 import os
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # more of them would be no faster, and add up in another order
+if __name__ == "__main__":  # not where it is imported; workers have it from here
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # more of them would be no faster, and add up in another order
 
 import argparse
 import collections
