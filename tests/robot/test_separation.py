@@ -1,5 +1,6 @@
 """How fast the base may drive near children: against a base that brakes, and for several children at once."""
 
+import dataclasses
 import math
 
 import mujoco
@@ -104,6 +105,29 @@ def test_a_child_is_in_the_way_where_it_is_and_where_it_will_be():
 def test_the_strictest_child_sets_the_rate(family, velocity):
     alone = [allowed_rate(view(one), ROBOT, velocity) for one in family]
     assert allowed_rate(view(*family), ROBOT, velocity) == min(alone)
+
+
+@pytest.mark.parametrize("name", ["mobile_fr3", "mobile_ur5e"])
+@given(places=st.lists(st.tuples(st.floats(1.5, 4.0), st.floats(-4.0, 4.0)), min_size=1, max_size=3), way=velocities)
+@example(places=[(3.0, 0.0)], way=(1.4, 0.0))
+def test_where_nobody_is_near_nothing_is_bounded(name, places, way):
+    robot = find_embodiment(name)
+    family = [child(d * math.cos(a), d * math.sin(a), -math.cos(a), -math.sin(a)) for d, a in places]  # they run to it
+    seen = view(*family)
+    assume(separation.is_alone(seen, robot))
+    assert allowed_rate(seen, robot, way, present=way) == 1.0
+    assert separation.allowed_turning(seen, robot, way, (robot.limits.yaw.velocity, 0.0)) == math.inf
+    assert not separation.is_child_at_hand(seen, robot, 1.0)
+    # The clearance is not even asked.
+    assert separation.restrain(seen, robot, None, TIMESTEP, False, way, way) == (way, False)
+
+
+def test_whoever_may_be_near_unseen_counts():
+    near, far = child(1.0, 0.0), child(4.0, 0.0)
+    assert separation.is_alone(view(far), ROBOT)
+    assert not separation.is_alone(view(near, far), ROBOT)
+    for unseen in ({"hidden": (near,)}, {"lurking": (near,)}):
+        assert not separation.is_alone(dataclasses.replace(view(far), **unseen), ROBOT)
 
 
 def test_the_cells_of_a_child_are_those_in_which_it_is_and_will_be():

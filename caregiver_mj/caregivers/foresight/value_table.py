@@ -490,8 +490,8 @@ class ValueTable:
                 found = by_cell[self.layouts.bears[:, table], :, self.motion.stands[table, beside]]
                 ahead = np.ascontiguousarray(found.reshape(len(found), -1).T)
                 for move in range(most + 1):
+                    ahead = self._alone @ ahead if move else ahead
                     self._ahead[table, move, :, beside] = ahead.T.reshape(found.shape)
-                    ahead = self._alone @ ahead
 
     def _damage_meanwhile(self) -> np.ndarray:
         """Return what is done in some moves of a child with nobody in its way, (moves, C, 1 + tables, J).
