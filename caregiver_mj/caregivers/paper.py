@@ -8,9 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver, first_of_greatest
-from caregiver_mj.caregivers.experts import Experts, InPlace
 from caregiver_mj.caregivers.foresight.child_model import Followers
 from caregiver_mj.caregivers.percept import Assessment, Percept
+from caregiver_mj.children.novice import EXPERT_TIMESTEPS, expert_trajectories
 from caregiver_mj.danger import safety
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.interventions.verb import Interventions
@@ -34,9 +34,10 @@ class PaperCaregiver(Caregiver):
         reach: str = "inverse",
         prior: str = "draw",
         threshold: float = 0.0,
-        experts: Experts | None = None,
+        expert_timesteps: int = EXPERT_TIMESTEPS,
+        hyperprior: float = safety.HYPERPRIOR,
     ):
-        """Learn the action prior from experts.
+        """Learn the action prior from experts in this house.
 
         Args:
             plan: The house.
@@ -44,17 +45,22 @@ class PaperCaregiver(Caregiver):
             reach: Reading of P(reach): "inverse" or "linear" distance.
             prior: theta_s as a "draw" from Dir(alpha_s), or its "mean".
             threshold: Expected danger below which nothing is done.
-            experts: Whose routes it has seen; by default those of experts in this house.
+            expert_timesteps: How long their trajectories are together; 0 without any experts.
+            hyperprior: alpha_s^0(a).
 
         Raises:
             CaregiverError: An option has none of its values.
+            ValueError: The hyperprior is not positive.
         """
         super().__init__(plan, seed)
         for what, value in (("reach", reach), ("prior", prior)):
             if value not in _OPTIONS[what]:
                 raise CaregiverError(f"{what} must be one of {', '.join(_OPTIONS[what])}, got {value!r}")
-        experts = experts or InPlace()
-        self.action_prior = experts.action_prior(plan, np.random.default_rng(seed), prior == "draw")
+        random = np.random.default_rng(seed)
+        experts = expert_trajectories(plan, random, expert_timesteps)
+        alpha = safety.action_counts(experts, len(plan.free_cells), hyperprior)
+        draws = prior == "draw"
+        self.action_prior = safety.action_prior_draw(alpha, random) if draws else safety.action_prior_mean(alpha)
         self._reach, self._threshold = reach, threshold
         # Candles can come to stand on any table, so the largest distance is that over all tables.
         self._largest_distance = max(

@@ -81,8 +81,8 @@ def expert_trajectories(
     They are lists of (free cell index, action index), whose last action reaches into the bin. After so many timesteps,
     moves in all of them together, the last one is cut off.
     """
-    if timesteps < 1:
-        raise CaregiverError(f"timesteps of experts must be at least 1, got {timesteps}")
+    if timesteps < 0:
+        raise CaregiverError(f"timesteps of experts must be at least 0, got {timesteps}")
     count, actions = shortest_path_actions(plan)
     next_cell, target, index = plan.graph.moves
     trajectories: list[list[tuple[int, int]]] = []

@@ -5,22 +5,6 @@ moves are likely under that prior behaves safely; one whose moves look random do
 reach an object, and how much a collision with it hurts, then gives the *expected danger* of that object.
 
 The functions take batches of novices: arrays whose first dimensions, written as ..., are theirs.
-
-A *local prior* can be carried from house to house: it goes by what is around a child, and not by where it is.
-
-The paper counts, for every cell s of a house, how many expert trajectories take action a there (section II). Those
-counts mean nothing in another house. Here they are those of *contexts*: what stands in the four neighbouring cells, and
-where the goal lies (whether above, below or in the same row, and whether left, right or in the same column). With
-phi(s, g) for the context of a child in cell s that is on its way to goal g::
-
-    alpha_phi(a)  = number of pairs of an expert trajectory, to g, and a cell s with phi(s, g) = phi
-                    in which that trajectory takes a, over all houses, + alpha^0
-    theta_phi     ~ Dir(alpha_phi), or its mean
-    theta_s(a)    = 1 / G sum_g theta_phi(s, g)(a)
-
-The last line is the prior of a cell in a new house with G goals: which of them a child is on its way to is not known,
-and all are taken to be as probable. A house that is turned or mirrored is a house too, so every move that an expert
-makes counts in all eight symmetries of the grid.
 """
 
 from __future__ import annotations
@@ -32,9 +16,6 @@ import numpy as np
 ACTION_COUNT = 4
 PRIOR_SAFE = 0.5  # P(safe), section III
 HYPERPRIOR = 1.0  # alpha_s^0(a), section II; the paper gives no value, this one is Laplace's
-SECTORS = 8  # in which a goal can lie, clockwise from north: straight ahead, to the upper right, ...
-KINDS = 5  # of what can stand in a cell
-CONTEXTS = KINDS**ACTION_COUNT * SECTORS
 
 
 def action_counts(
@@ -137,51 +118,3 @@ def expected_danger(safe: np.ndarray, reach: np.ndarray, damage: np.ndarray) -> 
     P(safe|tau) is (...), P(reach_o|tau) and what is returned are (..., objects), and d_o is (objects,).
     """
     return (1.0 - safe)[..., None] * reach * damage
-
-
-def sector(down: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Return the sector of a place so many cells down and to the right, not both 0: integers of the same shape.
-
-    Only the signs count. Sectors of 45 degrees told less of where experts go (on houses of `train-40`).
-    """
-    return np.rint(np.arctan2(np.sign(right), -np.sign(down)) / (2.0 * np.pi / SECTORS)).astype(int) % SECTORS
-
-
-def context(around: np.ndarray, goal_sector: np.ndarray) -> np.ndarray:
-    """Return numbers of contexts, below `CONTEXTS`, (...).
-
-    They are made of what stands north, east, south and west, below `KINDS`, (..., 4), and where the goal lies, (...).
-    """
-    return (around @ KINDS ** np.arange(ACTION_COUNT)) * SECTORS + goal_sector
-
-
-def context_counts(
-    around: np.ndarray, goal_sector: np.ndarray, action: np.ndarray, hyperprior: float = HYPERPRIOR
-) -> np.ndarray:
-    """Return alpha_phi(a), (`CONTEXTS`, 4), of n moves of experts; each belongs to another cell or trajectory.
-
-    Of each there is what stood around, (n, 4), and where the goal lay, (n,), as for `context`, and the action: north,
-    east, south or west, (n,). The hyperprior is alpha^0.
-
-    Raises:
-        ValueError: The hyperprior is not positive.
-    """
-    if not hyperprior > 0:
-        raise ValueError(f"the hyperprior must be positive, got {hyperprior}")
-    alpha = np.full((CONTEXTS, ACTION_COUNT), float(hyperprior))
-    directions = np.arange(ACTION_COUNT)
-    for mirrored in (1, -1):  # what is east is west
-        for quarters in directions:  # turned clockwise
-            seen = np.empty_like(around)
-            seen[:, (mirrored * directions + quarters) % ACTION_COUNT] = around
-            to_goal = (mirrored * goal_sector + quarters * SECTORS // ACTION_COUNT) % SECTORS
-            np.add.at(alpha, (context(seen, to_goal), (mirrored * action + quarters) % ACTION_COUNT), 1.0)
-    return alpha
-
-
-def carried_prior(theta: np.ndarray, contexts: np.ndarray) -> np.ndarray:
-    """Return theta_s(a) in a house, (cells, 4), rows sum to 1.
-
-    It is made of theta_phi(a) of every context, (`CONTEXTS`, 4), likewise, and of phi(s, g), (cells, goals).
-    """
-    return theta[contexts].mean(axis=1)

@@ -17,24 +17,21 @@ import pandas as pd
 
 from caregiver_mj.caregivers.baselines import NearestCaregiver
 from caregiver_mj.caregivers.caregiver import Caregiver
-from caregiver_mj.caregivers.experts import Elsewhere, Experts, InPlace
 from caregiver_mj.caregivers.foresight.child_model import CHANGE, child_chain
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver, KnowsGoalCaregiver
 from caregiver_mj.caregivers.foresight.value_table import OBJECTIVE
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import HORIZON, Assessment, Outlook, Percept, bare_tables
-from caregiver_mj.danger import safety
 from caregiver_mj.danger.belief import Belief
 from caregiver_mj.experiments import two_level
 from caregiver_mj.grid.world import CAREGIVER_ACTIONS, GridWorld
 from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
-from caregiver_mj.plans.sets import house_set, houses_named
+from caregiver_mj.plans.sets import houses_named
 from study import Page, Parser, damage_sums, interval, load_house, run_all, run_in_grid, table
 
 NONE, RULE, FORESIGHT = "none", "the rule", "foresight"
-LEARNT_IN = "train-20"  # houses of the experts elsewhere
 COLUMNS = ("damage", "toys_reached", "moves_blocked_free", "interventions")
 _CARELESS, _CAREFUL = 1.0, 0.05  # novices that P(safe) is to tell apart
 _TIMES = (10, 50, 200)  # timesteps after which it is asked to
@@ -61,7 +58,6 @@ def run(options: argparse.Namespace) -> Page:
     values = {
         "houses": " ".join(options.houses),
         "episodes": options.episodes,
-        "learnt_in": LEARNT_IN,
         "tables": {group: variants_table(rows, group) for group in options.only},
         "apart": apart_table(run_all(tell_apart, houses, options.jobs, "P(safe)")) if tells else "",
     }
@@ -177,14 +173,6 @@ class LeastExposedTable(PaperCaregiver):
         return np.where(bare_tables(percept.candle_table, len(self.exposure)), self.exposure, np.inf)
 
 
-class Nobody(Experts):
-    """No experts at all: nothing but the hyperprior, 1, of which theta is a draw or the mean."""
-
-    def action_prior(self, plan: FloorPlan, random: np.random.Generator, draws: bool) -> np.ndarray:
-        alpha = safety.action_counts([], len(plan.free_cells))
-        return safety.action_prior_draw(alpha, random) if draws else safety.action_prior_mean(alpha)
-
-
 class UniformBelief(ForesightCaregiver):
     """The planner that sees where the child is, but learns nothing from its moves."""
 
@@ -210,15 +198,6 @@ class Group(NamedTuple):
     changed: Mapping[str, Variant]  # by what is changed
 
 
-@functools.cache  # all jobs of a process learn in the same houses
-def _elsewhere() -> Elsewhere:
-    return Elsewhere.in_houses(house_set(LEARNT_IN))
-
-
-def _learnt_elsewhere(plan: FloorPlan, **options: Any) -> PaperCaregiver:
-    return PaperCaregiver(plan, experts=_elsewhere(), **options)
-
-
 def _planner(**options: Any) -> Variant:
     return Variant(ForesightCaregiver, options)
 
@@ -231,13 +210,11 @@ def _objectives(name: str, values: Sequence[Any]) -> dict[str, Variant]:
 PRIORS = {
     "Dirichlet draw, hyperprior 1, 1,000 expert timesteps": Variant(),
     "Dirichlet mean": Variant(options={"prior": "mean"}),
-    "hyperprior 0.1": Variant(options={"experts": InPlace(hyperprior=0.1)}),
-    "hyperprior 10": Variant(options={"experts": InPlace(hyperprior=10.0)}),
-    "100 expert timesteps": Variant(options={"experts": InPlace(100)}),
-    "10,000 expert timesteps": Variant(options={"experts": InPlace(10_000)}),
-    "experts of other houses": Variant(_learnt_elsewhere),
-    "experts of other houses, Dirichlet mean": Variant(_learnt_elsewhere, {"prior": "mean"}),
-    "no experts": Variant(options={"experts": Nobody()}),
+    "hyperprior 0.1": Variant(options={"hyperprior": 0.1}),
+    "hyperprior 10": Variant(options={"hyperprior": 10.0}),
+    "100 expert timesteps": Variant(options={"expert_timesteps": 100}),
+    "10,000 expert timesteps": Variant(options={"expert_timesteps": 10_000}),
+    "no experts": Variant(options={"expert_timesteps": 0}),
 }
 BASES: dict[str, Variant | None] = {NONE: None, RULE: Variant(), FORESIGHT: _planner()}
 GROUPS = {
