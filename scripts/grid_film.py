@@ -89,8 +89,8 @@ class Filmed(GridWorld):
         super().move_children()
         self.film.add(self)
 
-    def act_caregiver(self, *arguments, **options) -> None:
-        super().act_caregiver(*arguments, **options)
+    def act_caregiver(self, caregiver) -> None:
+        super().act_caregiver(caregiver)
         self.film.add(self)
 
 

@@ -102,7 +102,6 @@ class GridWorld:
         caregiver: Caregiver | None,
         *,
         caregiver_actions: int = CAREGIVER_ACTIONS,
-        stairs_shut: bool = False,
         meanwhile: int = 0,
         sight: Eyesight | str = "all",
     ):
@@ -113,7 +112,6 @@ class GridWorld:
             family: The children, as `Family.of` takes them.
             caregiver: Who protects them, or None.
             caregiver_actions: How many actions the caregiver has in a novice timestep.
-            stairs_shut: Whether every stairwell is shut, as if a caregiver stood in it all the time.
             meanwhile: How many of these it does while the children are on their way: 0 as in the paper; 1 is nearest to
                 the house.
             sight: What the caregiver sees, as `plans.visibility.Sight.of` takes it.
@@ -139,7 +137,7 @@ class GridWorld:
         self.eyes: Eyes | None = None  # where it sees everything, and where there is nobody to see it
         self.behaviours = list(Family.of(family).make(plan))
         self.caregiver = caregiver
-        self._caregiver_actions, self._stairs = caregiver_actions, State.SHUT if stairs_shut else State.AS_PLANNED
+        self._caregiver_actions = caregiver_actions
         self._next_cell, self._target, self._target_index = plan.graph.moves
         self._lying = np.full(len(plan.free_cells), NOTHING)  # number of the hazard on the floor of each free cell
         self._lying[list(plan.floor_cells)] = plan.hazards.number(Where.FLOOR, np.arange(len(plan.floor_cells)))
@@ -178,7 +176,6 @@ class GridWorld:
         self.previous_action = np.full((batch, children), NOTHING)
         self.holding = np.full(batch, NOTHING)
         self.state = np.full((batch, len(plan.hazards)), State.AS_PLANNED, np.int8)
-        self.state[:, : len(plan.stairwells)] = self._stairs
         self.time_left = np.ones(batch)
         self.orders = Interventions.idle(batch)
         self.done = np.zeros(batch, bool)
@@ -364,51 +361,38 @@ class GridWorld:
         handles = np.any([verb == name for name, one in VERBS.items() if one.handles], axis=0)
         self.ledger.spent += np.stack([verb == LOOK, verb == BLOCK, handles], axis=1)
 
-    def act_caregiver(
-        self, caregiver: Caregiver, acts: np.ndarray | bool = True, decides: np.ndarray | bool = True
-    ) -> None:
-        """Run one action of the caregiver. A subclass can look on from here, before and after.
-
-        Args:
-            caregiver: The caregiver.
-            acts: Whether it acts in each world, (B,). Where it does not, nothing changes.
-            decides: Whether it decides anew before, (B,). Where it does not, it carries on with its orders.
-        """
-        percept, acts = self.percept(), np.broadcast_to(acts, len(self.orders))
-        carries_on = (self.holding != NOTHING) | ~(acts & decides)
-        before, self.orders = self.orders, self.orders.where(carries_on, answer(caregiver, percept))
+    def act_caregiver(self, caregiver: Caregiver) -> None:
+        """Run one action of the caregiver. A subclass can look on from here, before and after."""
+        percept = self.percept()
+        before, self.orders = self.orders, self.orders.where(self.holding != NOTHING, answer(caregiver, percept))
         names = dict.fromkeys(self.orders.verb.tolist())
-        parties = [(verb_of(name), np.flatnonzero((self.orders.verb == name) & acts)) for name in names]
+        parties = [(verb_of(name), np.flatnonzero(self.orders.verb == name)) for name in names]
         begins = self.orders.begins_after(before)
         self.done &= ~begins
 
         place = np.full(len(self.orders), STAY)
         for verb, which in parties:
-            if which.size:
-                self.ledger.interventions[which] += begins[which] & verb.counts
-                there = half_of(verb.name, GRID_VERBS, "grid.verbs.GRID_VERBS").place(self, which)
-                place[which] = np.where(there < 0, there, there + self._offsets[verb.name])
+            self.ledger.interventions[which] += begins[which] & verb.counts
+            there = half_of(verb.name, GRID_VERBS, "grid.verbs.GRID_VERBS").place(self, which)
+            place[which] = np.where(there < 0, there, there + self._offsets[verb.name])
         distance, next_cell = self._routes.towards(place, percept.child_cell, percept.caregiver_cell, caregiver.yields)
         stood, moves = distance == 0, distance > 0
         if self.eyes:
-            felt = acts[:, None] & moves[:, None] & (next_cell[:, None] == self.child_cell)
+            felt = moves[:, None] & (next_cell[:, None] == self.child_cell)
             moves &= ~felt.any(axis=1)
         was = self.caregiver_cell
         self.caregiver_cell = np.where(moves, next_cell, was)
         came = stood | (moves & (distance == 1))
         hazard = self.orders.hazard
         for verb, which in parties:
-            if which.size:
-                ends = which[
-                    GRID_VERBS[verb.name].carry_out(self, which, came[which], stood[which]) & ~self.done[which]
-                ]
-                self.ledger.interventions_done[ends] += 1
-                self.done[ends] = True
-                if verb.leaves:
-                    self.state[ends, hazard[ends]] = verb.leaves
+            ends = which[GRID_VERBS[verb.name].carry_out(self, which, came[which], stood[which]) & ~self.done[which]]
+            self.ledger.interventions_done[ends] += 1
+            self.done[ends] = True
+            if verb.leaves:
+                self.state[ends, hazard[ends]] = verb.leaves
         if self.eyes:
             handles = np.isin(self.orders.verb, [verb.name for verb, _ in parties if verb.handles])
-            self.eyes.turn(was, ~moves & ~(stood & handles) & acts)
+            self.eyes.turn(was, ~moves & ~(stood & handles))
             self.eyes.look(felt)
 
 
@@ -443,9 +427,10 @@ class FloorWorld(GridWorld):
     """
 
     def __init__(self, plan: FloorPlan, family: Family | float | str):
-        super().__init__(plan, family, None, stairs_shut=True)
+        super().__init__(plan, family, None)
 
     def reset(self, tapes: Sequence[Sequence[Tape]]) -> None:
         super().reset(tapes)
         self.candle_table[:] = NOTHING
-        self.plan.hazards.split(self.state)[2][:] = State.GONE
+        stairs, _, lying = self.plan.hazards.split(self.state)
+        stairs[:], lying[:] = State.SHUT, State.GONE

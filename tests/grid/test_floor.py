@@ -51,8 +51,8 @@ def test_on_the_floor_there_are_bumps_into_bare_tables_and_nothing_else(paper, c
 
 def test_a_stairwell_that_is_shut_blocks_by_hand():
     plan = FloorPlan.parse("#####\n#S.B#\n##T##\n#####")
-    for shut, damage, blocked in ((False, 10.0, 0), (True, 0.0, 2)):
-        totals = GridWorld(plan, 1.0, None, stairs_shut=shut).run([moving(WEST, 2)]).totals()
+    for world, damage, blocked in ((GridWorld(plan, 1.0, None), 10.0, 0), (FloorWorld(plan, 1.0), 0.0, 2)):
+        totals = world.run([moving(WEST, 2)]).totals()
         assert (totals["damage"].tolist(), totals["moves_blocked"].tolist()) == ([damage], [blocked])
 
 
