@@ -7,8 +7,7 @@ cell. A caregiver that yields keeps out of the children's way when it has nothin
 its own (`plans/routes.py`).
 
 Whether a move is blocked is decided when the child gets there: at once, as in the paper, so that a caregiver cannot
-come in between. With `meanwhile`, as in the house, it sees where the children are going, and does so many of its
-actions before they get there.
+come in between.
 
 What the caregiver sees of all this is everything, as in the paper, or what its `Sight` lets it (`grid/eyes.py`).
 """
@@ -16,7 +15,6 @@ What the caregiver sees of all this is everything, as in the paper, or what its 
 from __future__ import annotations
 
 import copy
-import dataclasses
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -36,36 +34,9 @@ from caregiver_mj.plans.floor_plan import FloorPlan, check_house
 from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, State, Where
 from caregiver_mj.plans.routes import STAY, routes
 from caregiver_mj.plans.visibility import Sight as Eyesight
-from caregiver_mj.recording.ledger import BLOCKED, MET, Ledger
+from caregiver_mj.recording.ledger import BLOCKED, Ledger
 
 CAREGIVER_ACTIONS = int(PAPER.cells)  # in a novice timestep
-
-
-@dataclasses.dataclass(frozen=True)
-class _Way:
-    """What one child has set out for, of B worlds, (B,) each.
-
-    Attributes:
-        target: What it leads to (a `Target`).
-        index: Number of that.
-        moves: Whether it moves at all.
-        waits: Whether it waits for another child.
-        entered: Caregiver cell that it leads to, or NOTHING.
-        next_cell: Free cell in which it ends if it is not blocked.
-        met: Whether the caregiver was in the cell entered when the child set out.
-    """
-
-    target: np.ndarray
-    index: np.ndarray
-    moves: np.ndarray
-    waits: np.ndarray
-    entered: np.ndarray
-    next_cell: np.ndarray
-    met: np.ndarray
-
-    def leads_to(self, kind: Target) -> np.ndarray:
-        """Whether it leads to something of a kind, (B,)."""
-        return (self.target == kind) & self.moves
 
 
 class GridWorld:
@@ -76,11 +47,10 @@ class GridWorld:
 
     Attributes:
         plan: The house.
-        meanwhile: How many actions the caregiver does between the children's setting out and their getting there.
         behaviours: What decides the moves of each child, K.
         caregiver: Who protects them, or None.
         timestep: Novice timesteps done.
-        child_cell: Free cell of each child, (B, K). While they are on their way, the one that they are about to be in.
+        child_cell: Free cell of each child, (B, K).
         goal: Toy bin that each goes to, (B, K).
         bumped: Whether the last move of each left it where it was, (B, K).
         previous_cell: Cell in which each made its last move, (B, K).
@@ -102,7 +72,6 @@ class GridWorld:
         caregiver: Caregiver | None,
         *,
         caregiver_actions: int = CAREGIVER_ACTIONS,
-        meanwhile: int = 0,
         sight: Eyesight | str = "all",
     ):
         """Prepare the episodes.
@@ -112,18 +81,12 @@ class GridWorld:
             family: The children, as `Family.of` takes them.
             caregiver: Who protects them, or None.
             caregiver_actions: How many actions the caregiver has in a novice timestep.
-            meanwhile: How many of these it does while the children are on their way: 0 as in the paper; 1 is nearest to
-                the house.
             sight: What the caregiver sees, as `plans.visibility.Sight.of` takes it.
 
         Raises:
-            CaregiverError: There are not so many actions, or the caregiver is told what comes of moves under way, or
-                it or a child is for another house.
+            CaregiverError: A caregiver that is told everything does not see everything, or it or a child is for another
+                house.
         """
-        if not 0 <= meanwhile <= caregiver_actions:
-            raise CaregiverError(f"meanwhile must be 0 to {caregiver_actions}, got {meanwhile}")
-        if meanwhile and isinstance(caregiver, ToldCaregiver):
-            raise CaregiverError("meanwhile must be 0 with a caregiver that needs privileged information")
         self.sight = Eyesight.of(sight)
         if isinstance(caregiver, ToldCaregiver) and not self.sight.is_full:
             raise CaregiverError(f"sight must be all with a caregiver that needs privileged information, got {sight}")
@@ -133,7 +96,6 @@ class GridWorld:
             check_house(caregiver, plan)
         self.plan = plan
         self.timestep, self._draws = 0, np.zeros((0, 0, 0, 3))  # of no episode
-        self.meanwhile: float = meanwhile
         self.eyes: Eyes | None = None  # where it sees everything, and where there is nobody to see it
         self.behaviours = list(Family.of(family).make(plan))
         self.caregiver = caregiver
@@ -190,7 +152,7 @@ class GridWorld:
         self.move_children()
         if self.caregiver:
             if self.eyes:
-                self.eyes.watch(np.stack([way.met for way in self._ways], axis=1))
+                self.eyes.watch(self._met)
             self.caregiver.watch(self.percept())
             if isinstance(self.caregiver, ToldCaregiver):
                 self.caregiver.hear(self.truth())
@@ -262,8 +224,6 @@ class GridWorld:
     def move_children(self) -> None:
         """Run the first half of a novice timestep: every child makes a move or stays, and what comes of it is booked.
 
-        With `meanwhile` they only set out, and get there while the caregiver acts.
-
         Raises:
             CaregiverError: No episode has begun, or it is over.
         """
@@ -272,26 +232,17 @@ class GridWorld:
         draws = self._draws[self.timestep]
         self.timestep += 1
         # New arrays, for a caregiver may have kept what it was shown.
-        self.previous_cell, self.child_cell = self.child_cell, self.child_cell.copy()
-        self.previous_action = self.previous_action.copy()
-        self._ways = [self._set_out(child, draws[:, child]) for child in range(len(self.behaviours))]
-        if not (self.meanwhile and self.caregiver):
-            self.arrive()
-
-    def arrive(self) -> None:
-        """Have the children get where they have set out for, or be blocked; book what comes of it."""
-        begun, draws = self.previous_cell, self._draws[self.timestep - 1]
-        self.child_cell = self.child_cell.copy()
-        harm = np.zeros((*begun.shape, len(KINDS)))
-        toys, blocked = np.zeros(begun.shape, bool), np.zeros((*begun.shape, len(BLOCKED)), bool)
-        met = np.zeros((*begun.shape, len(MET)), bool)
+        begun = self.previous_cell = self.child_cell
+        self.child_cell, self.previous_action = begun.copy(), self.previous_action.copy()
+        harm, blocked = np.zeros((*begun.shape, len(KINDS))), np.zeros((*begun.shape, len(BLOCKED)), bool)
+        toys, self._met = np.zeros((2, *begun.shape), bool)
         for child in range(len(self.behaviours)):
-            booked = self._arrive(child, draws[:, child])
-            harm[:, child], toys[:, child], blocked[:, child], met[:, child] = booked
-        self.ledger.book(begun, self.child_cell, harm, toys, blocked, met)
+            booked = self._move(child, draws[:, child])
+            harm[:, child], toys[:, child], blocked[:, child], self._met[:, child] = booked
+        self.ledger.book(begun, self.child_cell, harm, toys, blocked)
 
-    def _set_out(self, child: int, draws: np.ndarray) -> _Way:
-        """Have a child choose a move, and put it where that takes it as far as can be seen now."""
+    def _move(self, child: int, draws: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Move a child; return its harm of each kind, its toys, what it is denied, and whether it met the caregiver."""
         cell, behaviour, caregiver_cell = self.child_cell[:, child], self.behaviours[child], self._seen_caregiver()
         goal = _shown(self.goal[:, child])
         self.goal[:, child] = behaviour.reconsider(goal, draws[:, 2])
@@ -299,7 +250,8 @@ class GridWorld:
         target, index = self._target[cell, action], self._target_index[cell, action]
         stays = action == NOTHING
         next_cell = np.where(stays, cell, self._next_cell[cell, action])
-        free, stairwell = ((target == kind) & ~stays for kind in (Target.FREE, Target.STAIRWELL))
+        targets = Target.FREE, Target.STAIRWELL, Target.TABLE, Target.BIN
+        free, stairwell, table, toy_bin = ((target == kind) & ~stays for kind in targets)
         # A child waits before a cell in which another one is.
         others = np.delete(self.child_cell, child, axis=1)
         waits = free & (next_cell[:, None] == others).any(axis=1)
@@ -307,21 +259,13 @@ class GridWorld:
         entered = np.where(stairwell, len(self.plan.free_cells) + index, np.where(free, next_cell, NOTHING))
         met = (entered == caregiver_cell) & (entered != NOTHING)
         self.previous_action[:, child] = np.where(waits, NOTHING, action)
-        self.child_cell[:, child] = np.where(met | waits, cell, next_cell)
-        return _Way(target, index, ~stays, waits, entered, next_cell, met)
-
-    def _arrive(self, child: int, draws: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """End a child's move; return the harm of each kind that it takes, its toys, what it is denied, and `MET`."""
-        way, cell = self._ways[child], self.previous_cell[:, child]
-        stairwell, table = way.leads_to(Target.STAIRWELL), way.leads_to(Target.TABLE)
-        there = way.entered == self._seen_caregiver()
         shut = stairwell
         if stairwell.any():
-            shut = stairwell & (self.state[np.arange(len(cell)), np.where(stairwell, way.index, 0)] == State.SHUT)
-        blocked = (way.entered != NOTHING) & (there | shut) & ~way.waits
-        next_cell = np.where(blocked | way.waits, cell, way.next_cell)
-        bears = table[:, None] & (self.candle_table == way.index[:, None])  # (B, candles)
-        hazard = np.where(stairwell, way.index, NOTHING)
+            shut = stairwell & (self.state[np.arange(len(cell)), np.where(stairwell, index, 0)] == State.SHUT)
+        blocked = (met | shut) & ~waits
+        next_cell = np.where(blocked | waits, cell, next_cell)
+        bears = table[:, None] & (self.candle_table == index[:, None])  # (B, candles)
+        hazard = np.where(stairwell, index, NOTHING)
         if bears.size:
             hazard = np.where(bears.any(axis=1), len(self.plan.stairwells) + bears.argmax(axis=1), hazard)
         lying = np.where(next_cell == cell, NOTHING, self._lying[next_cell])
@@ -331,14 +275,12 @@ class GridWorld:
             hazard = np.where(takes, lying, hazard)
             self.state[takes, lying[takes]] = State.GONE
         harm = self._harm[hazard] * ((stairwell & ~blocked) | table | takes)[:, None]
-        reached = way.leads_to(Target.BIN) & (way.index == self.goal[:, child])
-        cut_off = blocked & there & ~way.met
+        reached = toy_bin & (index == self.goal[:, child])
 
-        self.goal[:, child] = np.where(reached, self.behaviours[child].next_bin(draws[:, 2]), self.goal[:, child])
-        self.bumped[:, child] = (next_cell == cell) & way.moves
+        self.goal[:, child] = np.where(reached, behaviour.next_bin(draws[:, 2]), self.goal[:, child])
+        self.bumped[:, child] = (next_cell == cell) & ~stays
         self.child_cell[:, child] = next_cell
-        denied = np.stack([blocked & stairwell, blocked & way.leads_to(Target.FREE)], axis=1)
-        return harm, reached, denied, np.stack([cut_off, cut_off, np.zeros_like(cut_off)], axis=1)
+        return harm, reached, np.stack([blocked & stairwell, blocked & free], axis=1), met
 
     def _seen_caregiver(self) -> np.ndarray:
         """The caregiver's cell, or NOTHING where there is none, (B,)."""
@@ -350,12 +292,8 @@ class GridWorld:
         """Run the caregiver's actions in one novice timestep. A subclass can allow it others."""
         actions = self._caregiver_actions
         for done in range(actions):
-            if self.meanwhile and done == self.meanwhile:
-                self.arrive()
             self.time_left = np.full(len(self.holding), (actions - done) / actions)
             self.act_caregiver(caregiver)
-        if self.meanwhile == actions:
-            self.arrive()
         self.ledger.seen += self.eyes.tracker.seen if self.eyes else 1
         verb = self.orders.verb
         handles = np.any([verb == name for name, one in VERBS.items() if one.handles], axis=0)
