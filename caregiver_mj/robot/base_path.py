@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from ruckig import ControlInterface, Ruckig, Synchronization, Trajectory
 
@@ -263,13 +263,10 @@ class PathSpeeds:
 
     def reachable(self, speed: float, distance: float) -> float:
         """Return the highest speed to reach from another within a distance (or to brake from to it)."""
-        low, high = speed, self._limits.velocity
-        if high <= low or self.distance_to_change(speed, high) <= distance:
-            return high
-        for _ in range(30):
-            middle = (low + high) / 2
-            low, high = (middle, high) if self.distance_to_change(speed, middle) <= distance else (low, middle)
-        return low
+        most = self._limits.velocity
+        if most <= speed or self.distance_to_change(speed, most) <= distance:
+            return most
+        return _highest(lambda end: self.distance_to_change(speed, end) <= distance, speed, most)
 
     def corner_speed_from(self, speed: float, length: float, turn: float, most: float) -> float:
         """Return the highest speed, at most that, for the corner at the end of a line that is entered at a speed.
@@ -281,13 +278,7 @@ class PathSpeeds:
         def fits(end: float) -> bool:
             return self.distance_to_change(speed, min(speed, end)) <= length - self.corner_size(end, turn)
 
-        if fits(most):
-            return most
-        low, high = 0.0, most
-        for _ in range(30):
-            middle = (low + high) / 2
-            low, high = (middle, high) if fits(middle) else (low, middle)
-        return low
+        return most if fits(most) else _highest(fits, 0.0, most)
 
     def corner_size(self, speed: float, turn: float) -> float:
         """Return the length before, and after, the corner point that a blend at this speed takes."""
@@ -298,10 +289,15 @@ class PathSpeeds:
         if turn > 0.9 * math.pi:
             return 0.0
         size = min(0.95 * room, 2 * self._deviation / max(math.sin(turn / 2), 1e-6))
-        low, high = 0.0, self._limits.velocity
-        if self.corner_size(high, turn) <= size:
-            return high
-        for _ in range(30):
-            middle = (low + high) / 2
-            low, high = (middle, high) if self.corner_size(middle, turn) <= size else (low, middle)
-        return low
+        most = self._limits.velocity
+        if self.corner_size(most, turn) <= size:
+            return most
+        return _highest(lambda speed: self.corner_size(speed, turn) <= size, 0.0, most)
+
+
+def _highest(fits: Callable[[float], bool], low: float, high: float) -> float:
+    """Return the highest speed that fits, between one that does and one that does not."""
+    for _ in range(30):
+        middle = (low + high) / 2
+        low, high = (middle, high) if fits(middle) else (low, middle)
+    return low
