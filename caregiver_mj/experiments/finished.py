@@ -11,17 +11,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import statistics
 from caregiver_mj.experiments.blocks import Tables
 from caregiver_mj.experiments.evaluation import sum_up
 from caregiver_mj.experiments.run_folder import RunFolder, read_json, told, unlike
 from caregiver_mj.experiments.settings import FLOOR, Settings
-from caregiver_mj.experiments.summary import by_house, harm, summarise
-from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.recording.record import MEASURES
-from caregiver_mj.robot.embodiment import DEFAULT
 
 _WHICH = ("world", "house", "caregiver", "family", "epsilon", "episode", "seed")
 _MEASURED = ("damage", "timesteps_to_threshold", "cells_visited", "toys_reached")  # by all versions
@@ -50,7 +46,7 @@ class Finished:
         settings: What ran.
         episodes: A row an episode.
         maps: A row for each caregiver, family and free cell.
-        summary: What summary.json says; of a run of an older version, what it would.
+        summary: What summary.json says.
     """
 
     path: pathlib.Path
@@ -106,23 +102,7 @@ def _read(path: pathlib.Path) -> tuple[dict[str, Any], Settings, pd.DataFrame, p
     for name, found in (("run.json", record), ("summary.json", summary)):
         if not isinstance(found, dict):
             raise ValueError(f"its {name} must hold a dictionary, got {type(found).__name__}")
-    # Runs of an older version have single novices, the paper's damages, and the one robot that there was.
-    record.setdefault("families", [str(Family.of(epsilon)) for epsilon in record.get("epsilons", ())])
-    record.setdefault("damage", str(DamageWeights()))
-    record.setdefault("embodiment", DEFAULT)
-    if "plan" in record:  # there was only one
-        plan = {"name": record["house"], "cell_size": record["cell_size"], "rows": record["plan"]}
-        record |= {"plans": [plan], "houses": ""}
-    for row in [*summary["rows"], *summary["comparisons"]]:
-        row.setdefault("family", str(Family.of(row["epsilon"])))
     settings, episodes = Settings.of_record(record), pd.read_parquet(path / "episodes.parquet")
-    if "family" not in episodes:
-        episodes["family"] = [str(Family.of(epsilon)) for epsilon in episodes["epsilon"]]
-    if "harm" not in summary:
-        summary["harm"] = harm(by_house(episodes))
-    if any("damage_verdict" not in row or "damage_p_holm" not in row for row in summary["comparisons"]):
-        ours = summarise(settings, episodes, by_house(episodes))  # it has other statistics
-        summary |= {key: ours[key] for key in ("rows", "comparisons")}
     return record, settings, episodes, pd.read_parquet(path / "maps.parquet"), summary
 
 

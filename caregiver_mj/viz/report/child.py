@@ -17,13 +17,10 @@ from caregiver_mj.viz.report.words import Table, family_name, if_bracketed, in_l
 
 MARGIN = MARGINS["toys_reached"]
 _RIVALS = 3  # other caregivers in a figure
-_NEEDED = ("stopped", "damage_until_stop", "moves_blocked_stairwell", "moves_blocked_free", "longest_blocked")
 
 
-def child(run: Run) -> dict[str, Any] | None:
-    """Return figures and tables; None of a run of an older version, which did not measure it."""
-    if not set(_NEEDED) <= set(run.episodes):
-        return None
+def child(run: Run) -> dict[str, Any]:
+    """Return figures and tables."""
     shown = (run.caregiver, *run.rivals(_RIVALS))
     lines = {family: in_lines(family) for family in run.families}
     names = {family: family_name(family) for family in run.families}

@@ -41,12 +41,7 @@ class Run(Finished):
     @functools.cached_property
     def by_house(self) -> pd.DataFrame | None:
         """Of several houses, a row for each of them, caregiver and family, as `summary.by_house` has it."""
-        if self.houses == 1:
-            return None
-        try:
-            return pd.read_parquet(self.path / "houses.parquet")
-        except (OSError, ValueError):  # as of a run of an older version
-            return by_house(self.episodes)
+        return by_house(self.episodes) if self.houses > 1 else None
 
     @property
     def houses(self) -> int:

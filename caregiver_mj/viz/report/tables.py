@@ -10,7 +10,7 @@ import pandas as pd
 
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.experiments import statistics
-from caregiver_mj.recording.contacts import BODY_LIMITS, CAUTION, FAR, FLAME_CLEAR, WAX_CLEAR, Contacts
+from caregiver_mj.recording.contacts import BODY_LIMITS, CAUTION, FAR, FLAME_CLEAR, WAX_CLEAR
 from caregiver_mj.recording.record import COLUMNS, DAMAGE_THRESHOLD
 from caregiver_mj.viz.report import published
 from caregiver_mj.viz.report.left import left_cell
@@ -198,8 +198,8 @@ def _sentence(row: dict[str, Any]) -> str:
 
 
 def contacts(run: Run) -> dict[str, Any] | None:
-    """Return two tables of a run in the house; None of one in the grid, or of a version that did not count this."""
-    if run.settings.world != "house" or not set(Contacts().outcome()) <= set(run.episodes):
+    """Return two tables of a run in the house; None of one in the grid."""
+    if run.settings.world != "house":
         return None
     own = run.episodes[run.episodes.caregiver == run.caregiver]
     groups = {family_name(family): own[own.family == family] for family in run.families}
