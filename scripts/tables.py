@@ -21,8 +21,8 @@ import caregiver_mj
 from caregiver_mj.caregivers.target_observation import OBSERVATIONS
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.cli import make_parser
-from caregiver_mj.envs.spaces import OBSERVED_OF_TARGETS, STRIKE_COST
-from caregiver_mj.recording import record
+from caregiver_mj.envs.spaces import STRIKE_COST
+from caregiver_mj.recording.record import COLUMNS
 from caregiver_mj.robot.embodiment import Layout
 from caregiver_mj.robot.embodiments import EMBODIMENTS
 from caregiver_mj.tasks import TASKS
@@ -32,6 +32,22 @@ PAGES = sorted((pathlib.Path(__file__).parents[1] / "docs").rglob("*.md"))
 _PLACE = re.compile(r"(<!-- scripts/tables\.py: (\w+) -->\n).*?(<!-- end -->)", re.S)
 _HOUSE = "paper"
 _TARGETS = "caregiver_mj/Supervise-Targets-v0"
+_OBSERVED_OF_TARGETS = {
+    "clock": "share of the episode that is over",
+    "child_position": "row and column of each child's cell, as shares of the house's",
+    "child_move": "its last move, north, east, south or west, one-hot; all 0 where it made none",
+    "caregiver_position": "row and column of the caregiver's cell, likewise",
+    "hazard_damage": "what a collision with each hazard costs, over the greatest cost there is",
+    "hazard_nearness_to_child": "1 over the moves until each child would run into each hazard; 0 if it cannot",
+    "hazard_nearness_to_caregiver": "1 over one more than the caregiver's moves to where it does something about it",
+    "holding": "the candle in its hand, one-hot",
+    "under_way": "the action that it is carrying out, one-hot",
+    "action_mask": "which actions do something",
+    "map": "the house from above, north up: planes, rows, columns",
+    "nodes": "what the planes have in each cell that is not wall, in reading order",
+    "node_mask": "which of the nodes there are",
+    "edges": "two nodes each, by their numbers: edge 4 n + a is what move a leads to from node n, or back from there",
+}
 
 
 def table(titles: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
@@ -161,7 +177,7 @@ def targets() -> str:
         if kind != "flat"  # which is the numbers
     }
     rows = []
-    for key, meaning in OBSERVED_OF_TARGETS.items():
+    for key, meaning in _OBSERVED_OF_TARGETS.items():
         kinds = [kind for kind, keys in spaces.items() if key in keys.spaces]
         rows.append([f"`{key}`", spaces[kinds[0]][key].shape, ", ".join(kinds), meaning])
     return table(["key", f"shape in `{_HOUSE}`", "in", "is"], rows)
@@ -169,7 +185,8 @@ def targets() -> str:
 
 def columns() -> str:
     """The columns of `episodes.parquet`."""
-    return record.markdown()
+    rows = [(f"`{one.name}`", one.unit, one.meaning + f" ({one.world} only)" * bool(one.world)) for one in COLUMNS]
+    return table(["column", "unit", "is"], rows)
 
 
 def options() -> str:

@@ -13,22 +13,6 @@ from caregiver_mj.errors import CaregiverError
 
 STRIKE_COST = 1.0  # of a contact with a part of the robot that moves towards the child, beside what comes of it
 _SEEDS = 2**32  # as many as a `RandomState` takes
-OBSERVED_OF_TARGETS = {
-    "clock": "share of the episode that is over",
-    "child_position": "row and column of each child's cell, as shares of the house's",
-    "child_move": "its last move, north, east, south or west, one-hot; all 0 where it made none",
-    "caregiver_position": "row and column of the caregiver's cell, likewise",
-    "hazard_damage": "what a collision with each hazard costs, over the greatest cost there is",
-    "hazard_nearness_to_child": "1 over the moves until each child would run into each hazard; 0 if it cannot",
-    "hazard_nearness_to_caregiver": "1 over one more than the caregiver's moves to where it does something about it",
-    "holding": "the candle in its hand, one-hot",
-    "under_way": "the action that it is carrying out, one-hot",
-    "action_mask": "which actions do something",
-    "map": "the house from above, north up: planes, rows, columns",
-    "nodes": "what the planes have in each cell that is not wall, in reading order",
-    "node_mask": "which of the nodes there are",
-    "edges": "two nodes each, by their numbers: edge 4 n + a is what move a leads to from node n, or back from there",
-}
 
 
 def observation_space(encoder: Encoder) -> spaces.Space[Any]:

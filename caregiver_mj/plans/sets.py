@@ -59,15 +59,6 @@ def house(name: str) -> FloorPlan | None:
     return FloorPlan.load(names[int(index)])
 
 
-def shape_of(name: str) -> str:
-    """Return the shape of a generated house by its name, such as `hall` of `hall-17`; `home` for all others."""
-    found, _, index = name.rpartition("/")
-    if re.fullmatch(r"\d+", index, re.ASCII) and (names := _names(found)) is not None and int(index) < len(names):
-        name = names[int(index)]
-    shape = name.rpartition("-")[0]
-    return shape if shape in SHAPES else "home"
-
-
 def house_set(name: str) -> tuple[FloorPlan, ...]:
     """Make all houses of a set: `train-N`, `shapes-train-N` and so on, with N from 1 to 1000, or `drawn-N`, to 10.
 

@@ -161,12 +161,3 @@ def names(*roles: str) -> tuple[str, ...]:
 
 
 MEASURES = names("damage", "count", "contact", "time")  # numbers that can be averaged
-
-
-def markdown() -> str:
-    """Return the columns as a table in Markdown."""
-    rows = ["| column | unit | is |", "|---|---|---|"]
-    for one in COLUMNS:
-        where = f" ({one.world} only)" if one.world else ""
-        rows.append(f"| `{one.name}` | {one.unit} | {one.meaning}{where} |")
-    return "\n".join(rows)

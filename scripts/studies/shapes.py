@@ -17,7 +17,8 @@ from caregiver_mj.experiments import intervals, two_level
 from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.plans.hazards import KINDS
-from caregiver_mj.plans.sets import houses_named, shape_of
+from caregiver_mj.plans.sets import houses_named
+from caregiver_mj.plans.shapes import SHAPES
 from study import Page, Parser, read_run, run_episodes
 
 COUNTS = ("strikes", "strikes_surface", "candles_dropped")
@@ -40,10 +41,16 @@ def run(options: argparse.Namespace) -> Page:
     return page(houses, grid, cells[cells.caregiver != "none"], settings)
 
 
+def _shape_of(name: str) -> str:
+    """The shape of a generated house, such as `hall` of `hall-17`."""
+    shape = name.rpartition("-")[0]
+    return shape if shape in SHAPES else "home"
+
+
 def page(house: pd.DataFrame, grid: pd.DataFrame, cells: pd.DataFrame, settings: Settings) -> Page:
     """Return the page of the same episodes in both worlds."""
     drawn = {plan.name for plan in houses_named(["drawn-10"])}
-    of_shape = {name: "drawn by hand" if name in drawn else shape_of(name) for name in dict.fromkeys(house.house)}
+    of_shape = {name: "drawn by hand" if name in drawn else _shape_of(name) for name in dict.fromkeys(house.house)}
     groups = {where: [name for name in of_shape if of_shape[name] == where] for where in of_shape.values()}
     groups["all"] = [*of_shape]
     caregivers = [name for name in settings.caregivers if name != "none"]
