@@ -152,10 +152,9 @@ def _next_of_run(arguments: argparse.Namespace, watched: Watched) -> tuple[Watch
     """Return the next episode of the run in --out, and what keeps it there once it is over, beside that with nobody."""
     plan, played = parsing.read_house(arguments), pathlib.Path(arguments.out, "episodes").glob(f"{PERSON}_*.json")
     number, file = len([*played]), "" if arguments.house == plan.name else arguments.house
-    run = functools.partial(
-        Settings, plan, "house", ("none", PERSON), (watched.family,), seed=watched.seed, embodiment=watched.embodiment
-    )
-    RunFolder(arguments.out, run(episodes=max(1, number), file=file).record(), resume=True)  # says now what is wrong
+    run = functools.partial(Settings, (plan,), "house", ("none", PERSON), (watched.family,), seed=watched.seed)
+    run = functools.partial(run, embodiment=watched.embodiment, file=file)
+    RunFolder(arguments.out, run(episodes=max(1, number)).record(), resume=True)  # says now what is wrong
     first = dataclasses.replace(watched, number=number)
 
     def keep(over: Watched, episode: Episode) -> None:
@@ -164,7 +163,7 @@ def _next_of_run(arguments: argparse.Namespace, watched: Watched) -> tuple[Watch
             print(f"not kept: the next one of '{arguments.out}' is episode {number}", file=sys.stderr)
             return
         print(f"keeping episode {number} ...", file=sys.stderr)
-        settings = run(episodes=(number := number + 1), file=file)
+        settings = run(episodes=(number := number + 1))
         *_, block = settings.blocks()
         result = run_block(settings, block, episode.answers())  # as `verify` does
         folder = RunFolder(arguments.out, settings.record(), resume=True)

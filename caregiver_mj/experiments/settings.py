@@ -12,7 +12,7 @@ import numpy as np
 
 from caregiver_mj.caregivers.foresight import child_model
 from caregiver_mj.caregivers.registry import CAREGIVERS, find_caregiver, is_caregiver
-from caregiver_mj.children.family import Family, Who
+from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.errors import CaregiverError, check_integer, check_kind
 from caregiver_mj.experiments.provenance import origins, source_digest, versions
@@ -29,7 +29,7 @@ MOST_ROWS = 10_000_000  # episodes of a run; more do not fit into memory
 _MOST_FAMILIES = 10  # in a block, whose name has them all
 
 
-@dataclasses.dataclass(frozen=True, init=False)
+@dataclasses.dataclass(frozen=True)
 class Settings:
     """What to evaluate.
 
@@ -49,40 +49,22 @@ class Settings:
     """
 
     plans: tuple[FloorPlan, ...]
-    world: str
-    caregivers: tuple[str, ...]
-    families: tuple[Family, ...]
-    episodes: int
-    seed: int
-    embodiment: str
-    houses: str
-    file: str
-    sight: str
+    world: str = "house"
+    caregivers: tuple[str, ...] = ("none", "expected-danger")
+    families: tuple[Family, ...] = tuple(map(Family.of, EPSILONS))
+    episodes: int = 20
+    seed: int = 0
+    embodiment: str = DEFAULT
+    houses: str = ""
+    file: str = ""
+    sight: str = "all"
 
-    def __init__(
-        self,
-        plans: FloorPlan | Sequence[FloorPlan],
-        world: str = "house",
-        caregivers: Sequence[str] = ("none", "expected-danger"),
-        families: Sequence[Who] = EPSILONS,
-        episodes: int = 20,
-        seed: int = 0,
-        embodiment: str = DEFAULT,
-        houses: str = "",
-        file: str = "",
-        sight: str = "all",
-    ):
+    def __post_init__(self) -> None:
         vars(self).update(
-            plans=(plans,) if isinstance(plans, FloorPlan) else tuple(plans),
-            world=world,
-            caregivers=tuple(caregivers),
-            families=tuple(map(Family.of, families)),
-            episodes=episodes,
-            seed=seed,
-            embodiment=embodiment,
-            houses=houses,
-            file=file,
-            sight=str(Sight.of(sight)),
+            plans=(self.plans,) if isinstance(self.plans, FloorPlan) else tuple(self.plans),
+            caregivers=tuple(self.caregivers),
+            families=tuple(map(Family.of, self.families)),
+            sight=str(Sight.of(self.sight)),
         )
 
     @classmethod
