@@ -5,7 +5,7 @@ import pytest
 
 from caregiver_mj.caregivers.foresight.child_model import travel
 from caregiver_mj.caregivers.foresight.clairvoyant import EFFORT, ClairvoyantCaregiver, Hindsight, round_the_child
-from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
+from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.told import ToldCaregiver
 from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.children.family import Family
@@ -41,7 +41,7 @@ def bumps(*objects):
 
 class TestFuture:
     def test_it_is_what_children_do_alone(self):
-        class Listener(ForesightCaregiver, ToldCaregiver):
+        class Listener(PaperCaregiver, ToldCaregiver):
             told = None
 
             def hear(self, truth):

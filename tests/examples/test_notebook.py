@@ -5,9 +5,12 @@ import pathlib
 import subprocess
 import sys
 
+import pytest
+
 NOTEBOOK = pathlib.Path(__file__).parents[2] / "examples/your_own.ipynb"
 
 
+@pytest.mark.slow
 def test_it_runs_from_the_top_and_leaves_a_film(tmp_path):
     cells = [cell for cell in json.loads(NOTEBOOK.read_text("utf-8"))["cells"] if cell["cell_type"] == "code"]
     assert not any(cell["outputs"] for cell in cells)  # nothing in it that was not just printed

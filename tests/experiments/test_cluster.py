@@ -56,6 +56,7 @@ def _square(job):
     return job**2
 
 
+@pytest.mark.slow
 def test_a_killed_worker_changes_nothing(cluster):
     settings = Settings(FloorPlan.load("paper"), "grid", ("none", "paper"), ("1", ".25"), 20)
     assert len(settings.blocks(10)) == 8

@@ -69,6 +69,7 @@ def check_finished(folder, undisturbed):
     assert not list(folder.rglob("*.tmp"))
 
 
+@pytest.mark.slow
 def test_killed_run_is_continued(tmp_path, undisturbed):
     process = start(tmp_path, "--jobs", "2")
     wait_for_blocks(tmp_path, 2, process)
@@ -153,6 +154,7 @@ def _square(job):
     return job**2
 
 
+@pytest.mark.slow
 def test_workers_do_every_job_or_say_which_they_do_not():
     assert dict(workers.run_jobs(_square, range(7), 2)) == {job: job**2 for job in range(7)}
     with pytest.raises(workers.WorkerError, match="deadly: its worker process died 2 times"):

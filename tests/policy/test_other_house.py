@@ -18,7 +18,7 @@ def test_another_environment_is_refused(house, children):
 def test_a_caregiver_serves_one_policy_at_a_time():
     """What it has seen of the one episode would count in the other."""
     one, two = (caregiver_mj.load("supervise", "paper", visuals=False, random=0) for _ in range(2))
-    caregiver = make_caregiver("foresight", one.task.plan)
+    caregiver = make_caregiver("expected-danger", one.task.plan)
     first, second = caregiver_mj.CaregiverPolicy(one, caregiver), caregiver_mj.CaregiverPolicy(two, caregiver)
     timestep = one.reset()
     timestep = one.step(first(timestep))

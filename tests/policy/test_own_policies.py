@@ -66,7 +66,7 @@ class Unfinished(TargetPolicy):
 NUMBER = 3
 
 
-@pytest.mark.parametrize(("world", "policy"), [("grid", Last), ("house", Map)])
+@pytest.mark.parametrize(("world", "policy"), [("grid", Last), pytest.param("house", Map, marks=pytest.mark.slow)])
 def test_a_policy_of_targets_meets_what_it_was_trained_in(world, policy):
     seen.clear()
     settings = Settings(TINY, world, (f"{HERE}:{policy.__name__}",), (1.0,), 1)

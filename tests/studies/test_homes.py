@@ -21,6 +21,7 @@ def test_damage_is_on_a_line_in_the_logarithm_of_who_is_admitted(admitted, damag
     assert homes.weight(admitted) == pytest.approx(damage, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_the_page(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(homes, "SWEEP", {"as by default": "", "table at 1 %": "mug=5.1,battery=5"})
     run = tmp_path / "run"

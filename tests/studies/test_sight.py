@@ -1,11 +1,14 @@
 """The study of sight, in a tiny house."""
 
+import pytest
+
 import study
 from studies import sight
 
 HOUSE = "#########\n#S..#..B#\n#...#..C#\n#.......#\n#B..#..T#\n#########\n"
 
 
+@pytest.mark.slow
 def test_its_page(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(sight, "CHILDREN", ("0.5", "seeker:0.25"))
     house = tmp_path / "tiny.txt"

@@ -58,6 +58,7 @@ class Blank:
         return self._frame
 
 
+@pytest.mark.slow
 def test_any_episode_of_a_run_can_be_filmed_and_is_that_of_the_run(house, rows, tmp_path):
     settings = {"house": house, "epsilon": FAMILY, "caregiver": "random", "seed": SEED, "episode": 1}
     small = {"width": 320, "height": 240, "fps": 1.0, "seconds": 400.0, "quiet": True}

@@ -56,6 +56,7 @@ def test_the_robot_goes_where_keys_say(house):
     assert not session.targets
 
 
+@pytest.mark.slow
 def test_episodes_are_kept_as_a_run_and_can_be_submitted(house, tmp_path, monkeypatch, capsys):
     seen = []
 

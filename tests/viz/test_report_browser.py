@@ -32,6 +32,7 @@ def browser(tmp_path_factory):
         yield browser
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [390, 1280])
 def test_page_in_a_browser(folder, browser, width):
     screen = {"width": width, "height": 844, "deviceScaleFactor": 1, "mobile": width < 500}

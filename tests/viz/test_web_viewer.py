@@ -48,6 +48,7 @@ def process(house):
         process.kill()
 
 
+@pytest.mark.slow
 def test_the_page_in_a_browser(process, tmp_path):
     process, url = process
     with chromium(
