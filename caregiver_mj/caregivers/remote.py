@@ -23,6 +23,7 @@ import numpy as np
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.percept import Percept, bare_tables
+from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.errors import CaregiverError, MissingExtraError, check_integer
 from caregiver_mj.plans.cell_graph import LEGEND
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -33,9 +34,11 @@ if TYPE_CHECKING:
 
 SCHEMES = "http:", "https:", "chat:"
 # The environment says what holds for all of them in a process, and in its workers: a folder in which every exchange is
-# kept, how many there may be (of each process), seconds for an answer, and where models are.
+# kept, how many there may be (of each process), seconds for an answer, whether time goes on until it comes, and where
+# models are.
 EXCHANGES, MOST_CALLS, PATIENCE = "CAREGIVER_MJ_EXCHANGES", "CAREGIVER_MJ_MAX_CALLS", "CAREGIVER_MJ_PATIENCE"
-BASE_URL = "OPENAI_BASE_URL"
+THINKING, BASE_URL = "CAREGIVER_MJ_THINKING", "OPENAI_BASE_URL"
+WAITS, REAL_TIME = "waits", "real-time"
 _PATIENCE = 30.0  # seconds for an answer, by default
 _LARGEST = 1_000_000  # bytes of an answer
 _AT_ONCE = 8  # questions that are under way, of different episodes
@@ -58,7 +61,8 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
     A question has the `house`, an `episode` to remember it by, `seen` (percepts since the last question, the present
     one last; `moved` where the children have just made a move) and `allowed`, numbers of hazards. An answer has a
     `target`, one of these or null, and may have a `table` for what is carried, and a `reason`. Whatever else comes, or
-    comes late, is an abstention: nothing is protected until the next question.
+    comes late, is an abstention: nothing is protected until the next question. Where thinking is in
+    real time, an answer holds only after as many simulated seconds as it took, and until then the one before.
 
     Attributes:
         address: Whom it asks.
@@ -69,6 +73,10 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
     def __init__(self, plan: FloorPlan, seed: int = 0):
         super().__init__(plan, seed)
         self._most_calls = _said(MOST_CALLS, math.inf)
+        thinking = os.environ.get(THINKING, WAITS)
+        if thinking not in (WAITS, REAL_TIME):
+            raise CaregiverError(f"{THINKING} must be {WAITS} or {REAL_TIME}, got '{thinking}'")
+        self._timestep = plan.cell_size / WALKING_SPEED if thinking == REAL_TIME else math.inf
         _said(PATIENCE, _PATIENCE)  # is wrong here, if it is, and not at the first question
         lying = [plan.free_cells[cell] for cell in plan.floor_cells]
         cells = [*plan.stairwells, *[None] * len(plan.candle_tables), *lying]  # None: `candle_table` says where
@@ -91,6 +99,7 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
         self._asked: list[list[bytes] | None] = [None] * batch
         self._seen: list[list[dict[str, Any]]] = [[] for _ in range(batch)]
         self._tables = np.full(batch, NOTHING)
+        self._said, self._due = np.full((2, batch), NOTHING), np.zeros(batch)  # last answers, and from when they hold
 
     def watch(self, percept: Percept) -> None:
         for world, seen in enumerate(self._seen):
@@ -101,16 +110,31 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
         allowed = self.worth_protecting(percept)
         news = [values for name in _NEWS if (values := getattr(percept, name)) is not None]
         asked = [[values[world].tobytes() for values in news] for world in range(len(allowed))]
-        ask = [world for world, now in enumerate(asked) if now != self._asked[world]]
+        clock = self._clock(percept)
+        self._take_in(clock)
+        ask = [i for i, now in enumerate(asked) if clock[i] >= self._due[i] and now != self._asked[i]]
         with ThreadPoolExecutor(_AT_ONCE) as pool:
             exchanges = list(pool.map(self._ask, [self._question(percept, world, allowed[world]) for world in ask]))
         for world, exchange in zip(ask, exchanges, strict=True):
             answer = {} if exchange["abstention"] else exchange["answer"]
             said = answer.get("target"), answer.get("table")
-            self.targets[world], self._tables[world] = (NOTHING if value is None else value for value in said)
+            self._said[:, world] = [NOTHING if value is None else value for value in said]
+            self._due[world] = clock[world] + exchange["seconds"] / self._timestep
+            self._asked[world] = asked[world]
         self._keep(exchanges)
-        self._asked = [*asked]
+        self._take_in(clock)
         return super().choose(percept)
+
+    def _clock(self, percept: Percept) -> np.ndarray:
+        """Return the novice timesteps since the start, with their fraction, as far as thinking takes any, (B,)."""
+        if percept.clock is None or self._timestep == math.inf:
+            return np.zeros(len(self._due))
+        left = 1.0 if percept.time_left is None else percept.time_left  # the grid's clock has no fraction
+        return np.maximum(percept.clock, np.floor(percept.clock) + 1.0 - left)
+
+    def _take_in(self, clock: np.ndarray) -> None:
+        """Take in the answers that hold by now."""
+        self.targets, self._tables = np.where(clock >= self._due, self._said, [self.targets, self._tables])
 
     def destination(self, percept: Percept, candle: np.ndarray) -> np.ndarray:
         bare = np.column_stack([bare_tables(percept.candle_table, len(self.plan.tables)), np.zeros(len(candle), bool)])
@@ -214,7 +238,10 @@ class ChatCaregiver(RemoteCaregiver):
 
 @contextlib.contextmanager
 def asking(
-    run: str | os.PathLike[str] | None = None, base_url: str | None = None, max_calls: int | None = None
+    run: str | os.PathLike[str] | None = None,
+    base_url: str | None = None,
+    max_calls: int | None = None,
+    thinking: str | None = None,
 ) -> Iterator[Callable[[], str]]:
     """Have questions asked, within, as somebody wants it.
 
@@ -222,6 +249,7 @@ def asking(
         run: The folder of a run, in whose folder `exchanges` every one is kept.
         base_url: Where models are.
         max_calls: How many questions each process may ask.
+        thinking: Whether simulated time waits for an answer, or goes on until it has come (`REAL_TIME`).
 
     Yields:
         A function that says how many have been asked, and how many brought an abstention.
@@ -233,7 +261,7 @@ def asking(
         check_integer("max_calls", max_calls, 0)
     with tempfile.TemporaryDirectory() as aside:
         folder = pathlib.Path(run or aside) / "exchanges"
-        said = {EXCHANGES: str(folder), BASE_URL: base_url, MOST_CALLS: max_calls}
+        said = {EXCHANGES: str(folder), BASE_URL: base_url, MOST_CALLS: max_calls, THINKING: thinking}
         before = {name: os.environ.get(name) for name in said}
         os.environ.update({name: str(value) for name, value in said.items() if value is not None})
         try:

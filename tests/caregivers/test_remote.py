@@ -196,6 +196,41 @@ def test_what_the_environment_says_must_be_a_number(name, value, monkeypatch):
         make_caregiver("http://127.0.0.1:1", FloorPlan.load("paper"))
 
 
+@pytest.mark.parametrize(("thinking", "first"), [("waits", 0), ("real-time", 2)])
+def test_slow_thinking_in_real_time_comes_late(monkeypatch, thinking, first):
+    monkeypatch.setenv(remote.THINKING, thinking)
+    now = [0.0]
+    monkeypatch.setattr(remote.time, "time", lambda: now[0])
+    asked = []
+
+    class Slow(remote.RemoteCaregiver):
+        def send(self, question):
+            asked.append(question)
+            now[0] += 1.0  # of 1.69 s that a child's move takes; a third of that between two decisions
+            return {"target": question["allowed"][-1]}
+
+    plan = FloorPlan.load("paper")
+    caregiver = Slow(plan)
+    world = GridWorld(plan, 0.5, caregiver)
+    world.reset([episode_tapes(1, 1)])
+    world.move_children()
+    targets = []
+    for left in (1.0, 2 / 3, 1 / 3):
+        world.time_left = np.array([left])
+        targets += caregiver.choose(world.percept()).tolist()
+        if left == 1.0:
+            caregiver.watch(world.percept())  # news, about which it would be asked
+    assert targets[:first] == [-1] * first
+    assert targets[first:] == [asked[0]["allowed"][-1]] * (3 - first)
+    assert len(asked) == 2  # in real time the second time only after the first answer has come
+
+
+def test_thinking_must_be_one_of_two(monkeypatch):
+    monkeypatch.setenv(remote.THINKING, "fast")
+    with pytest.raises(CaregiverError, match="CAREGIVER_MJ_THINKING must be waits or real-time, got 'fast'"):
+        make_caregiver("http://127.0.0.1:1", FloorPlan.load("paper"))
+
+
 def test_the_example_answers_every_question(server, tmp_path, monkeypatch):
     monkeypatch.setenv(remote.EXCHANGES, str(tmp_path))
     monkeypatch.setattr(server.RequestHandlerClass, "model", SimpleNamespace(answer=http_caregiver.decide))
