@@ -34,10 +34,10 @@ if TYPE_CHECKING:
 
 SCHEMES = "http:", "https:", "chat:"
 # The environment says what holds for all of them in a process, and in its workers: a folder in which every exchange is
-# kept, how many there may be (of each process), seconds for an answer, whether time goes on until it comes, and where
-# models are.
-EXCHANGES, MOST_CALLS, PATIENCE = "CAREGIVER_MJ_EXCHANGES", "CAREGIVER_MJ_MAX_CALLS", "CAREGIVER_MJ_PATIENCE"
-THINKING, BASE_URL = "CAREGIVER_MJ_THINKING", "OPENAI_BASE_URL"
+# kept, how many there may be, and of how many tokens (of each process), seconds for an answer, whether time goes on
+# until it comes, and where models are.
+EXCHANGES, MOST_CALLS, MOST_TOKENS = "CAREGIVER_MJ_EXCHANGES", "CAREGIVER_MJ_MAX_CALLS", "CAREGIVER_MJ_MAX_TOKENS"
+PATIENCE, THINKING, BASE_URL = "CAREGIVER_MJ_PATIENCE", "CAREGIVER_MJ_THINKING", "OPENAI_BASE_URL"
 WAITS, REAL_TIME = "waits", "real-time"
 _PATIENCE = 30.0  # seconds for an answer, by default
 _LARGEST = 1_000_000  # bytes of an answer
@@ -52,7 +52,8 @@ _SCHEMA = {
     "additionalProperties": False,
 }
 _episodes = itertools.count()
-_calls = itertools.count(1)  # of this process
+_calls = itertools.count(1)  # of this process, as are the tokens of each
+_tokens: list[int] = []
 
 
 class RemoteCaregiver(CommandedCaregiver, abc.ABC):
@@ -72,7 +73,7 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
 
     def __init__(self, plan: FloorPlan, seed: int = 0):
         super().__init__(plan, seed)
-        self._most_calls = _said(MOST_CALLS, math.inf)
+        self._most_calls, self._most_tokens = _said(MOST_CALLS, math.inf), _said(MOST_TOKENS, math.inf)
         thinking = os.environ.get(THINKING, WAITS)
         if thinking not in (WAITS, REAL_TIME):
             raise CaregiverError(f"{THINKING} must be {WAITS} or {REAL_TIME}, got '{thinking}'")
@@ -174,6 +175,8 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
         start, answer, problem = time.time(), None, None
         if self._most_calls < math.inf and next(_calls) > self._most_calls:
             problem = f"the budget of {self._most_calls:g} calls is used up"
+        elif sum(_tokens) >= self._most_tokens:
+            problem = f"the budget of {self._most_tokens:g} tokens is used up"
         else:
             try:
                 answer = self.send(question)
@@ -226,6 +229,8 @@ class ChatCaregiver(RemoteCaregiver):
             messages=[{"role": "system", "content": _prompt()}, {"role": "user", "content": json.dumps(question)}],
             response_format=form,
         )
+        if given.usage:
+            _tokens.append(int(given.usage.total_tokens or 0))
         if not given.choices:
             raise ValueError("the model has given no choice")
         return json.loads(given.choices[0].message.content or "")
@@ -241,6 +246,7 @@ def asking(
     run: str | os.PathLike[str] | None = None,
     base_url: str | None = None,
     max_calls: int | None = None,
+    max_tokens: int | None = None,
     thinking: str | None = None,
 ) -> Iterator[Callable[[], str]]:
     """Have questions asked, within, as somebody wants it.
@@ -249,6 +255,7 @@ def asking(
         run: The folder of a run, in whose folder `exchanges` every one is kept.
         base_url: Where models are.
         max_calls: How many questions each process may ask.
+        max_tokens: How many tokens of models it may use; it asks no more once they are used up.
         thinking: Whether simulated time waits for an answer, or goes on until it has come (`REAL_TIME`).
 
     Yields:
@@ -257,11 +264,13 @@ def asking(
     Raises:
         CaregiverError: A number is out of range.
     """
-    if max_calls is not None:
-        check_integer("max_calls", max_calls, 0)
+    for name, most in (("max_calls", max_calls), ("max_tokens", max_tokens)):
+        if most is not None:
+            check_integer(name, most, 0)
     with tempfile.TemporaryDirectory() as aside:
         folder = pathlib.Path(run or aside) / "exchanges"
-        said = {EXCHANGES: str(folder), BASE_URL: base_url, MOST_CALLS: max_calls, THINKING: thinking}
+        said = {EXCHANGES: str(folder), BASE_URL: base_url, MOST_CALLS: max_calls, MOST_TOKENS: max_tokens}
+        said[THINKING] = thinking
         before = {name: os.environ.get(name) for name in said}
         os.environ.update({name: str(value) for name, value in said.items() if value is not None})
         try:

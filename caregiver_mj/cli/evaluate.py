@@ -49,6 +49,7 @@ def add_evaluate(command: argparse.ArgumentParser) -> None:
     parsing.add_sight(command)
     command.add_argument("--base-url", metavar="URL", help="where chat:MODEL is; its key is in OPENAI_API_KEY")
     command.add_argument("--max-calls", type=int, metavar="N", help="of models and servers; then they abstain")
+    command.add_argument("--max-tokens", type=int, metavar="N", help="of models: what they cost; likewise")
     command.add_argument(
         "--thinking", choices=(remote.WAITS, remote.REAL_TIME), help="whether time waits for their answers, or goes on"
     )
@@ -67,7 +68,8 @@ def _run(arguments: argparse.Namespace) -> None:
     if settings.world == "house" and set(settings.caregivers) - {"none", FLOOR}:
         for plan in settings.plans:
             parsing.warn_of_no_room(plan)
-    asked = remote.asking(arguments.out, arguments.base_url, arguments.max_calls, arguments.thinking)
+    budget = arguments.max_calls, arguments.max_tokens
+    asked = remote.asking(arguments.out, arguments.base_url, *budget, arguments.thinking)
     with parsing.make_executor(arguments) as executor, asked as tally:
         executor.check(settings.code)
         folder = None

@@ -107,7 +107,8 @@ class Handler(http.server.BaseHTTPRequestHandler):
             answer = json.dumps(self.model.answer(json.loads(body["messages"][1]["content"])))
             choice = {"index": 0, "finish_reason": "stop", "message": {"role": "assistant", "content": answer}}
             self.say(json.dumps({"id": "1", "object": "chat.completion", "created": 0, "model": body["model"],
-                                 "choices": [choice]}).encode())  # fmt: skip
+                                 "choices": [choice], "usage": {"prompt_tokens": 90, "completion_tokens": 10,
+                                 "total_tokens": 100}}).encode())  # fmt: skip
         else:
             self.say(json.dumps(self.model.answer(body)).encode())
 
@@ -188,7 +189,15 @@ def test_a_run_keeps_its_exchanges_and_its_budget(server, tmp_path, capsys):
     assert f"{len(lines)} questions, {len(lines)} abstentions; {len(lines) - 3} x the budget" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("name", [remote.MOST_CALLS, remote.PATIENCE])
+def test_a_model_is_asked_no_more_once_its_tokens_are_used_up(server, capsys, monkeypatch):
+    monkeypatch.setattr(remote, "_tokens", [])
+    command = ["evaluate", "--world", "grid", "--episodes", "1", "--epsilon", "0.5", "--max-tokens", "250"]
+    assert main([*command, "--caregiver", "none", "chat:some-model"]) == 0
+    assert len(server.asked) == 3  # of 100 tokens each
+    assert "x the budget of 250 tokens is used up" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", [remote.MOST_CALLS, remote.MOST_TOKENS, remote.PATIENCE])
 @pytest.mark.parametrize("value", ["soon", "-1", "nan"])
 def test_what_the_environment_says_must_be_a_number(name, value, monkeypatch):
     monkeypatch.setenv(name, value)
