@@ -43,6 +43,7 @@ LARGEST, LAYOUTS = 40_000_000, 128
 GATES = 3  # where there are more, it is not planned at all
 _BEGIN = 0.2  # share of the damage to a child alone to begin the iteration with: about what is left of it
 _NEVER = 1e9  # damage of what cannot be done; finite, for beliefs of zero are multiplied with it
+_STILL = 0.0001  # damage: values that change by no more in a sweep are taken to have settled
 _EVERY = 5  # sweeps after which what comes of carrying a candle is brought up to date
 Tables = dict[frozenset[int], "ValueTable"]  # by the openings whose gates are shut
 # By steps in a timestep: for each table states, which of m they come to, and what is then to come: see `_Fetch`.
@@ -184,6 +185,7 @@ class ValueTable:
         more_shut = {gate: (tables or {}).get(shut | {gate}) for gate in range(len(plan.landings), stairwells)}
         self._closed = [(self.motion.posts[gate], one.closed[gate]) for gate, one in more_shut.items() if one]
         self.closed: dict[int, np.ndarray] = {}
+        self._next_cell = chain.next_cell
         among = (np.arange(self._cells)[:, None] * (chain.size // self._cells) + self.possible).ravel()
         forever, hits = expected_hits(chain, objective.discount)[among], chain.hits[among]
         by_table = (self._cells, self._states, len(plan.tables))
@@ -193,7 +195,7 @@ class ValueTable:
         self._open = (hits @ harm).astype(np.float32)  # likewise of all else, if nobody is in the way
         self._alone = _single(objective.discount * chain.transition[among][:, among])
         self._ahead = np.empty(0)  # see `_arrive`
-        self._lying = plan.hazards.split(plan.hazards.damage)[2]
+        self._lying = plan.hazards.split(plan.hazards.damage)[2].astype(np.float32)
         self.taken = self._lying[:, None] * _entries(plan, objective.discount)
         self.going: list[np.ndarray] = []
         self.picked: list[np.ndarray] = []
@@ -333,23 +335,35 @@ class ValueTable:
         place, here = self.motion.floor[thing], self.plan.floor_cells[thing]
         picked = self._standing(value, transition, cost, here, self.motion.pace.pick_up)
         child, cell = np.divmod(np.arange(self._cells * self._places), self._places)
-        begun = {steps: np.flatnonzero(self.motion.picks_up(place, child, cell, steps)[0]) for steps in self._rows}
-        rows, harm = np.flatnonzero(child == here), np.float32(self._lying[thing] / self._objective.discount)
+        has_gone, harm = child == here, np.float32(self._lying[thing] / self._objective.discount)
         alone = self.taken[:, thing].repeat(self._places, axis=0)
+        sources = []  # rows that it goes on to, and their shares; beyond those of the values those in which it picks up
+        for steps, share in self.motion.turns:
+            begins = self.motion.picks_up(place, child, cell, steps)[0]
+            sources.append((np.where(begins, len(child) + child, self._rows[steps][place]), np.float32(share)))
         going, best = value + alone, np.empty_like(value[0])
         for layout, now in enumerate(going):
             self._best(layout, value[layout], fetched, best)
-            taken = best[rows] + harm  # the child has: then it goes on as if there had been no such thing
-            in_hand = {steps: (some, picked[layout, child[some]]) for steps, some in begun.items()}
+            known = np.concatenate([now, picked[layout]])
+            after = best + harm  # where the child has it: then it goes on as if there had been no such thing
+            some, part, moved = np.arange(len(now)), transition, np.flatnonzero(~has_gone)
             for _ in range(self._objective.sweeps):
-                after = self._gone(now, place, in_hand)
-                after[rows] = taken
-                new = (transition @ after.ravel()).reshape(now.shape) + cost[layout]
-                change = np.abs(new - now).max()
-                now[:] = new
-                if change < self._objective.tolerance:
+                after[moved] = sum(share * known[source[moved]] for source, share in sources)
+                new = (part @ after.ravel()).reshape(-1, self._states) + cost[layout, some]
+                change = np.abs(new - known[some]).max(axis=1)
+                known[some] = new
+                if change.max(initial=0.0) < self._objective.tolerance:
                     break
-            now[rows] = value[layout, rows]
+                # Most has soon settled, and the next sweep is of the rest.
+                changed = np.zeros(len(known), bool)
+                changed[some[change > _STILL]] = True
+                changes = np.any([changed[source] for source, _ in sources], axis=0) & ~has_gone
+                moved, by_cell = np.flatnonzero(changes), changes.reshape(self._cells, self._places)
+                left = (by_cell | by_cell[self._next_cell].any(axis=1)).ravel()
+                if 2 * np.count_nonzero(left) < len(some) or np.count_nonzero(left[some]) < np.count_nonzero(left):
+                    some = np.flatnonzero(left)
+                    part = transition[(some[:, None] * self._states + np.arange(self._states)).ravel()]
+            now[:] = np.where(has_gone[:, None], value[layout], known[: len(now)])
         self.picked.append(picked)
         self.going.append(going)
 
