@@ -12,7 +12,6 @@ import itertools
 import math
 import threading
 from collections.abc import Sequence
-from typing import Any
 
 import mink
 import mujoco
@@ -65,9 +64,6 @@ class Arm:
         self._damping = mink.DampingTask(self._model, cost=still)  # base, wheels and fingers stand still
         self._limits = [mink.ConfigurationLimit(self._model)]
         self.ranges = tuple(np.array([self._model.joint(name).range for name in joints]).T)
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return arm_of, (self.embodiment,)  # a pickle finds the arm of its own process; there is one for each robot
 
     def solve(self, x: float, z: float, guess: np.ndarray | None = None) -> np.ndarray:
         """Solve the inverse kinematics of the hand in the base's middle plane, as for a candle that stands.

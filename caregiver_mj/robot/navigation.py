@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Collection, Iterable, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -44,12 +43,6 @@ class Routes:
         cells = plan.caregiver_cells if landings else plan.free_cells
         self.centres: dict[Cell, Vector] = {cell: tuple(plan.position(cell).tolist()) for cell in cells}
         self._search = _search(plan)
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in vars(self).items() if name != "_search"}  # what it remembers stays here
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        vars(self).update(state, _search=_search(state["plan"]))
 
     def nearest_cell(self, position: Vector) -> Cell:
         """Return the cell on which a base stands (the nearest one that it can stand on)."""

@@ -7,7 +7,7 @@ import functools
 import itertools
 import math
 from collections.abc import Callable, Generator
-from typing import Any, Generic, TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -66,9 +66,6 @@ class RetrievalPlanner:
         self._navigator, self._make_scene = navigator, make_scene
         self._robot, self._arm = navigator.robot, arm_of(navigator.robot)
         self._things = layout.things(navigator.plan)
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in vars(self).items() if name != "_scene"}  # made again where needed
 
     @functools.cached_property
     def _scene(self) -> PlanningScene:
@@ -249,24 +246,14 @@ class Search(Generic[Found]):
 
     found: Found
 
-    def __init__(self, begin: Callable[[], Work[Found]]):
-        self._begin, self._work = begin, begin()  # it must make the same generator again, for pickles
-        self._pieces, self.ended = 0, False
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in vars(self).items() if name != "_work"}  # no generator can be pickled
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        vars(self).update(state, _work=state["_begin"]())
-        for _ in range(self._pieces):  # it is done again as far as it had got
-            next(self._work)
+    def __init__(self, work: Work[Found]):
+        self._work, self.ended = work, False
 
     def go_on(self, milliseconds: float = _AT_ONCE) -> bool:
         """Search for a while; return whether it has come to its end."""
         while not self.ended and milliseconds > 0.0:
             try:
                 milliseconds -= next(self._work)
-                self._pieces += 1
             except StopIteration as end:
                 self.found, self.ended = end.value, True
         return self.ended

@@ -6,7 +6,6 @@ They are functions of time that continue from whatever state they are in when a 
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from ruckig import ControlInterface, InputParameter, Result, Ruckig, RuckigError, Trajectory
 
@@ -16,11 +15,6 @@ _ROUNDING = 1.01  # times a limit: what is above it by less is there by rounding
 NOTHING = 1e-9  # ruckig refuses targets that are closer than rounding; so near, hold
 _NEARLY = 1.0 - 1e-6  # of the jerk that was asked for
 SAMPLES = 60  # of a trajectory, to see how far and how fast it gets
-# What is asked of ruckig here.
-_ASKED = (
-    *("current_position", "current_velocity", "current_acceleration", "target_position", "target_velocity"),
-    *("max_velocity", "max_acceleration", "max_jerk", "control_interface", "synchronization"),
-)
 
 
 class ScalarMotion:
@@ -38,12 +32,6 @@ class ScalarMotion:
         self._sampled_at: float
         self._highest: float | None
         self.limits = limits
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in vars(self).items() if name != "_solver"}  # ruckig's cannot be pickled
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        vars(self).update(state, _solver=Ruckig(1))
 
     def set_limits(self, limits: Limits, now: float = math.inf) -> None:
         """Change the limits; a motion under way keeps the old ones until its next goal.
@@ -158,41 +146,24 @@ def parameters(
     return asked
 
 
-class Solution(Trajectory):
-    """A trajectory that can be pickled, which ruckig's cannot: it is solved again from what was asked."""
-
-    asked: InputParameter
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return _solve_again, (self.degrees_of_freedom, {name: getattr(self.asked, name) for name in _ASKED})
-
-
-def solve(solver: Ruckig, asked: InputParameter) -> Solution:
+def solve(solver: Ruckig, asked: InputParameter) -> Trajectory:
     """Return the quickest trajectory.
 
     Raises:
         PathError: There is none.
     """
-    solution = Solution(solver.degrees_of_freedom)
+    trajectory = Trajectory(solver.degrees_of_freedom)
     try:
         try:
-            result = solver.calculate(asked, solution)
+            result = solver.calculate(asked, trajectory)
         except RuckigError:  # as for 0.06 m with jerk 30, acceleration 3, and for no jerk beside that
             asked.max_jerk = [_NEARLY * jerk for jerk in asked.max_jerk]
-            result = solver.calculate(asked, solution)
+            result = solver.calculate(asked, trajectory)
     except RuckigError as error:
         raise PathError(str(error)) from None
     if result not in (Result.Working, Result.Finished):
         raise PathError(f"ruckig found no trajectory: {result}")
-    solution.asked = asked
-    return solution
-
-
-def _solve_again(axes: int, asked: dict[str, Any]) -> Solution:
-    again = InputParameter(axes)
-    for name, value in asked.items():
-        setattr(again, name, value)
-    return solve(Ruckig(axes), again)
+    return trajectory
 
 
 def extremes(trajectory: Trajectory) -> tuple[float, float]:

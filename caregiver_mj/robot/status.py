@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any, ClassVar
+from typing import ClassVar
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -31,10 +31,6 @@ class Status:
     FAILED: ClassVar[Status]
     OUT_OF_REACH: ClassVar[Status]  # failed, because there is no way to get at the thing
     OVERTAKEN: ClassVar[Status]  # the world has changed, and its aim with it
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Reduce to the constant, so that copies are the constant itself."""
-        return getattr, (Status, self.name)
 
 
 Status.RUNNING = Status("RUNNING", ended=False)

@@ -1,8 +1,5 @@
 """Ten seconds without coming nearer, and no more."""
 
-import functools
-import pickle
-
 from caregiver_mj.robot.driver import Patience
 from caregiver_mj.robot.retrieval import Search
 
@@ -52,14 +49,5 @@ def count(limit):
 
 
 def test_it_goes_on_where_it_was_and_says_what_it_has_found():
-    search = Search(functools.partial(count, 25))
+    search = Search(count(25))
     assert ([search.go_on(10.0) for _ in range(4)], search.found) == ([False, False, True, True], 25)
-
-
-def test_a_pickle_goes_on_as_far_as_it_had_got():
-    search = Search(functools.partial(count, 25))
-    search.go_on(10.0)
-    again = pickle.loads(pickle.dumps(search))
-    assert not again.go_on(14.0)
-    assert again.go_on(2.0)
-    assert again.found == 25

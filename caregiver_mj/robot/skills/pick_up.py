@@ -121,7 +121,7 @@ class PickUp(Reaching):
             self._stance, self._aim = None, self._place(view).copy()
             self.driver = Driver(self._navigator)  # the way there is another one
             self.driver.patience = patience
-            self._search = Search(functools.partial(self._planner.to_pick_up_small, view, self.thing))
+            self._search = Search(self._planner.to_pick_up_small(view, self.thing))
         if not self._search.go_on():
             return Status.RUNNING
         self._stance, self._search = self._search.found, None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 import sys
 
@@ -123,9 +122,9 @@ class Retrieve(Reaching):
             planner, pitch = self._planner, self.pitch_down
             if holds:
                 assert pitch is not None  # it is in the hand because it has been picked up
-                self._search = Search(functools.partial(planner.to_lay_down, view, self.candle, pitch))
+                self._search = Search(planner.to_lay_down(view, self.candle, pitch))
             else:
-                self._search = Search(functools.partial(planner.to_pick_up, view, self.candle))
+                self._search = Search(planner.to_pick_up(view, self.candle))
         if not self._search.go_on():
             return _unless_in_hand(holds)
         self._stance, self._search = self._search.found, None
