@@ -27,6 +27,7 @@ import collections
 import concurrent.futures
 import contextlib
 import csv
+import math
 import multiprocessing
 import pathlib
 import sys
@@ -38,7 +39,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from caregiver_mj.caregivers.foresight.child_model import EPSILONS
-from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
+from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver, each_on_a_table
 from caregiver_mj.caregivers.foresight.options import Cases, Sums
 from caregiver_mj.caregivers.foresight.value_table import candles_at_a_time
 from caregiver_mj.caregivers.paper import PaperCaregiver
@@ -51,18 +52,21 @@ from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.sets import houses_named
 
 sys.path.insert(0, str(pathlib.Path(__file__).parents[1] / "examples"))
-from learned_caregiver import LearnedCaregiver, Weights, layers
+from learned_caregiver import OBJECTIVE, LearnedCaregiver, Weights, layers
 
 HOUSES = ("train-240", "home-train-120", "shapes-train-60")
 JUDGED = 12  # houses, the first ones, in which none is trained: to choose by
-BLOCK = 12  # houses
-HIDDEN = 96
+BLOCK = 8  # houses
+HIDDEN = 64
+STATES = 600_000  # of the tables of a house at most (`_states`): the others take a minute and more each
 EPISODES, PAIRS = 64, 16  # in a house, of one child and of two
-CALLS, SHARE = 0.2, 0.25  # share of decisions that the teacher is asked about: of the calls, and of the worlds in each
+SHARE = 0.3  # of the decisions that the teacher is asked about
 ASTRAY, BACK = 0.05, 0.3  # probability, in a timestep, to begin with an option drawn at random, and to end that
 BATCH, RATE, MOST = 512, 2e-3, 3.0  # decisions; step size; damage by which an option is worse, at most
 LOOSE = 0.01  # weight of the entropy of what is drawn, in damage
-PASSES, LAST = 3, 16  # through all data after each block, and in the end
+PASSES, LAST = 3, 12  # through all data after each block, and in the end
+_PARTS = "rows", "worlds", "counts", "damage"  # of what is heard: features, how many options, and damage
+_KINDS = np.float32, np.float32, np.int64, np.float32
 _BETA = 0.9, 0.999, 0.998  # decay of Adam's moments, and of the mean of the weights that is kept
 
 
@@ -100,7 +104,8 @@ class Learner(LearnedCaregiver):
     """The learner, its teacher beside it; sometimes astray.
 
     Attributes:
-        heard: For each time that the teacher was asked the rows of features, how many of each world, and the damage.
+        heard: For each time that the teacher was asked the features of options and worlds, how many options there are
+            in each world, and the damage.
     """
 
     def __init__(self, plan: FloorPlan, net: Weights | None, teacher: Teacher, random: np.random.Generator):
@@ -122,36 +127,45 @@ class Learner(LearnedCaregiver):
         self._astray = np.where(drawn[0] < ASTRAY, option, np.where(drawn[1] < BACK, NOTHING, self._astray))
 
     def decide(self, percept):
-        features, there = self.features(percept)
-        if self._random.random() < CALLS:
-            asked = np.flatnonzero((percept.holding == NOTHING) & (self._random.random(len(there)) < SHARE))
-            if asked.size:
-                self._ask(percept, asked, features, there)
-        each = np.arange(len(there))
+        orders = super().decide(percept)
         if self.net is None:
             orders = self._rule.decide(percept)
-        else:
-            score = np.full(there.shape, -np.inf)
-            score[there] = layers(self.net, features[there], there.sum(axis=1))[-1]
-            orders = self.take(score.argmax(axis=1))
-        return self.take(self._astray).where((self._astray != NOTHING) & there[each, self._astray], orders)
+        can_be = self.can_be(each_on_a_table(self.plan, percept))[np.arange(len(self._astray)), self._astray]
+        return self.take(self._astray).where((self._astray != NOTHING) & can_be, orders)
 
-    def _ask(self, percept, asked, features, there):
-        self._teacher.belief, self._teacher.said = self.followers.belief, np.zeros(there.shape)
-        self._teacher.options(percept, asked)
-        said = self._teacher.said[asked]
-        there = there[asked] & np.isfinite(said) & (said < 1e6)
-        self.heard.append(
-            (features[asked][there].astype(np.float32), there.sum(axis=1), said[there].astype(np.float32))
-        )
+    def scores(self, percept, worlds):
+        options, world, there = self.features(percept, worlds)
+        asked = self._random.random(len(worlds)) < SHARE
+        if asked.any():
+            self._ask(percept, worlds[asked], options[asked], world[asked], there[asked])
+        return self.judged(options, world, there) if self.net else np.where(there, 0.0, -np.inf)
+
+    def _ask(self, percept, worlds, options, world, there):
+        self._teacher.belief = self.followers.belief
+        self._teacher.said = np.full((len(self._astray), len(self.hazard)), np.inf)
+        self._teacher.options(percept, worlds)
+        said = self._teacher.said[worlds]
+        there = there & (said < 1e6)
+        some = there.sum(axis=1) > 1
+        there &= some[:, None]
+        parts = options[there], world[some], there.sum(axis=1)[some], said[there]
+        self.heard.append(tuple(part.astype(kind) for part, kind in zip(parts, _KINDS, strict=True)))
+
+
+def _states(plan: FloorPlan) -> int:
+    """Return how many states of cells and candles foresight's tables have, but for what a child wants; 0 for none."""
+    candles = candles_at_a_time(plan)
+    if candles < min(1, len(plan.candle_tables)):
+        return 0
+    return math.comb(len(plan.tables), candles) * len(plan.free_cells) ** 2 * (1 + len(plan.floor_cells))
 
 
 def visit(name: str, net: Weights | None, seed: int) -> tuple[np.ndarray, ...] | None:
-    """Return what is heard in a house: rows of features, how many of each decision, and damage; None for nothing."""
+    """Return what is heard in a house, as in `Learner.heard`; None for nothing."""
     plan, random = FloorPlan.load(name), np.random.default_rng([seed, *map(ord, name)])
-    if not len(plan.hazards) or candles_at_a_time(plan) < min(1, len(plan.candle_tables)):
-        return None  # foresight cannot plan it
-    teacher, heard = Teacher(plan), []
+    if not len(plan.hazards) or not 0 < _states(plan) <= STATES:
+        return None  # foresight cannot plan it, or it takes long
+    teacher, heard = Teacher(plan, objective=OBJECTIVE), []
     for children, episodes in ((1, EPISODES), (2, PAIRS)):
         learner = Learner(plan, net, teacher, random)
         world = GridWorld(plan, [0.5] * children, learner)
@@ -166,14 +180,14 @@ def visit(name: str, net: Weights | None, seed: int) -> tuple[np.ndarray, ...] |
 
 
 def gradients(
-    net: Weights, rows: np.ndarray, counts: np.ndarray, worse: np.ndarray, loose: float = LOOSE
+    net: Weights, rows: np.ndarray, worlds: np.ndarray, counts: np.ndarray, worse: np.ndarray, loose: float = LOOSE
 ) -> tuple[float, Weights]:
     """Return the damage beyond the least that is to be expected of what the network draws, and gradients of the loss.
 
     That is the same with the entropy of what is drawn taken off. Of each option there is by how much it is worse than
     the best, (N,); the rest is as for `layers`.
     """
-    first, (x, one, around, two, score) = np.cumsum(counts) - counts, layers(net, rows, counts)
+    first, (x, world, one, around, two, score) = np.cumsum(counts) - counts, layers(net, rows, worlds, counts)
     score = np.exp(score - np.maximum.reduceat(score, first).repeat(counts))
     share = score / np.add.reduceat(score, first).repeat(counts)
     cost = worse + loose * np.log(np.maximum(share, 1e-12))
@@ -182,16 +196,20 @@ def gradients(
     together = np.add.reduceat(by_two, first)
     back = together @ net["u2"].T / counts[:, None].astype(two.dtype)
     by_one = (by_two @ net["w2"].T + back.repeat(counts, axis=0)) * (one > 0)
-    found = {"w1": x.T @ by_one, "b1": by_one.sum(axis=0), "w2": one.T @ by_two, "u2": around.T @ together}
-    return float((share * worse).sum()) / len(counts), found | {"b2": by_two.sum(axis=0), "w3": two.T @ by_score}
+    by_world = np.add.reduceat(by_one, first)
+    found = {"w1": x.T @ by_one, "v1": world.T @ by_world, "b1": by_world.sum(axis=0), "w2": one.T @ by_two}
+    found |= {"u2": around.T @ together, "b2": together.sum(axis=0), "w3": two.T @ by_score, "skip": x.T @ by_score}
+    return float((share * worse).sum()) / len(counts), found
 
 
-def begin(rows: np.ndarray, random: np.random.Generator) -> Weights:
+def begin(rows: np.ndarray, worlds: np.ndarray, random: np.random.Generator) -> Weights:
     """Return weights to begin with, by some features."""
-    inputs, draw = rows.shape[1], lambda *shape: random.standard_normal(shape) * np.sqrt(2 / shape[0])
-    net = {"w1": draw(inputs, HIDDEN), "b1": np.zeros(HIDDEN), "w2": draw(HIDDEN, HIDDEN), "b2": np.zeros(HIDDEN)}
-    net |= {"u2": 0.3 * draw(HIDDEN, HIDDEN), "w3": 0.5 * draw(HIDDEN)}
-    net |= {"mean": rows.mean(axis=0), "spread": np.maximum(rows.std(axis=0), 0.01)}
+    draw = lambda *shape: random.standard_normal(shape) * np.sqrt(2 / shape[0])  # noqa: E731
+    net = {"w1": draw(rows.shape[1], HIDDEN), "v1": 0.5 * draw(worlds.shape[1], HIDDEN), "b1": np.zeros(HIDDEN)}
+    net |= {"w2": draw(HIDDEN, HIDDEN), "u2": 0.3 * draw(HIDDEN, HIDDEN), "b2": np.zeros(HIDDEN)}
+    net |= {"w3": 0.3 * draw(HIDDEN), "skip": np.zeros(rows.shape[1])}
+    for some, end in (rows, ""), (worlds, "_world"):
+        net |= {"mean" + end: some.mean(axis=0), "spread" + end: np.maximum(some.std(axis=0), 0.01)}
     return {name: value.astype(np.float32) for name, value in net.items()}
 
 
@@ -199,7 +217,7 @@ def fit(
     net: Weights, data: tuple[np.ndarray, ...], passes: int, random: np.random.Generator, seconds: float = np.inf
 ) -> tuple[Weights, float]:
     """Return the weights after some passes through the data (Adam), and the mean loss of the last one."""
-    (rows, counts, damage), until = data, time.monotonic() + seconds
+    (rows, worlds, counts, damage), until = data, time.monotonic() + seconds
     first = np.cumsum(counts) - counts
     worse = np.minimum(damage - np.minimum.reduceat(damage, first).repeat(counts), MOST)
     useful = np.flatnonzero(np.add.reduceat(worse, first) > 0)  # in the others there is nothing to choose
@@ -211,7 +229,7 @@ def fit(
         for some in np.split(order, range(BATCH, len(order), BATCH)):
             size = counts[some]
             which = (first[some] - np.cumsum(size) + size).repeat(size) + np.arange(size.sum())
-            loss, found = gradients(net, rows[which], size, worse[which])
+            loss, found = gradients(net, rows[which], worlds[some], size, worse[which])
             losses.append(loss)
             step += 1
             rate = np.float32(RATE * (0.5 + 0.5 * np.cos(np.pi * step / steps)))
@@ -229,8 +247,8 @@ def fit(
 
 def regret(net: Weights, data: tuple[np.ndarray, ...]) -> float:
     """Return by how much damage a decision, on an average, is worse than the best."""
-    rows, counts, damage = data
-    first, score = np.cumsum(counts) - counts, layers(net, rows, counts)[-1]
+    rows, worlds, counts, damage = data
+    first, score = np.cumsum(counts) - counts, layers(net, rows, worlds, counts)[-1]
     best = score == np.maximum.reduceat(score, first).repeat(counts)
     chosen = np.add.reduceat(damage * best, first) / np.add.reduceat(best, first)
     return float((chosen - np.minimum.reduceat(damage, first)).mean())
@@ -292,7 +310,7 @@ class Run:
                     net, loss = {name: file[name] for name in file if name != "loss"}, float(file["loss"])
             else:
                 random, data = np.random.default_rng([self._seed, number]), _joined(self._parts)
-                net, loss = fit(net or begin(data[0], random), data, PASSES, random, max(1.0, 0.3 * self.left()))
+                net, loss = fit(net or begin(*data[:2], random), data, PASSES, random, max(1.0, 0.3 * self.left()))
                 _save(kept, net | {"loss": np.array(loss)})
             self._note(number, before, loss, progress.console)
             if self.left() < 0.2 * self._seconds:
@@ -320,18 +338,18 @@ class Run:
                 running[pool.submit(visit, name, net, self._seed)] = name
             ready, _ = concurrent.futures.wait(running, return_when=concurrent.futures.FIRST_COMPLETED)
             for one in ready:
-                found = one.result() or (np.zeros((0, 0)), np.zeros(0, int), np.zeros(0))
-                _save(files[running.pop(one)], dict(zip(("rows", "counts", "damage"), found, strict=True)))
+                found = one.result() or (np.zeros(0),) * len(_PARTS)
+                _save(files[running.pop(one)], dict(zip(_PARTS, found, strict=True)))
         heard = []
         for file in (file for file in files.values() if file.exists()):
             done()
             with np.load(file) as found:
                 if len(found["counts"]):
-                    heard.append((found["rows"], found["counts"], found["damage"]))
+                    heard.append(tuple(found[part] for part in _PARTS))
         return heard
 
     def _note(self, number: int, before: float, loss: float, console: Console) -> None:
-        decisions = sum(len(part[1]) for part in self._parts)
+        decisions = sum(len(part[2]) for part in self._parts)
         minutes = (time.monotonic() - self._begun) / 60
         row = {"block": number, "houses": len(self._parts), "decisions": decisions, "regret": before, "loss": loss}
         self._rows.append(row | {"minutes": round(minutes, 2)})
