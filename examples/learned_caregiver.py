@@ -6,8 +6,8 @@ r"""The learned caregiver: a small network says what is best to do, which has le
 `scripts/train.py` trains it; here it runs on NumPy alone, with the weights in `learned.npz`. Every option (an opening,
 a candle and a table for it, a thing on the floor, to stand aside, to stay) has features: what is to be expected of its
 hazard, and of the others meanwhile, by the belief of `foresight`; how long the robot takes; and what a planner that
-knows of no candles expects where the robot will then be. That one has a single layout to plan for, so that it is made in
-a tenth of the time; what candles come to is what the network has learned. It scores each option, knowing what the
+knows of no candles expects where the robot will then be. That one has a single layout to plan for, so that it is soon
+made; what candles come to is what the network has learned. It scores each option, knowing what the
 others are on an average, so that it serves houses with any number of hazards.
 """
 
@@ -32,7 +32,7 @@ from caregiver_mj.plans.cell_graph import UNREACHABLE
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, Where
 
-# What it is trained for: a denied move costs four fifths of what it does `foresight`, so that it denies as many as the rule.
+# What it is trained for: a denied move costs four fifths of what it does `foresight`.
 OBJECTIVE = Objective(price=1.2, random_price=0.24)
 LOYAL = 0.5  # by how much, in score, something else must be better than what it is about
 _COARSE = dataclasses.replace(OBJECTIVE, sweeps=40, tolerance=0.02)
@@ -117,19 +117,17 @@ class LearnedCaregiver(Caregiver):
         self.hazard = np.concatenate([each[:openings], openings + fetched, others, [NOTHING, NOTHING]])
         self.table = np.full(len(self.hazard), NOTHING)
         self.table[openings : openings + len(pairs)] = pairs % max(1, tables)
-        self._pair = self.table != NOTHING
-        self._candle = np.where(self._pair, self.hazard - openings, 0)
-        self._of = np.append(self.hazard[:-2], [len(hazards)] * 2)
+        self.pair = self.table != NOTHING
+        self.candle = np.where(self.pair, self.hazard - openings, 0)
+        self.of = np.append(self.hazard[:-2], [len(hazards)] * 2)
         is_thing = self.hazard >= openings + candles
-        self._thing = np.where(is_thing, self.hazard - openings - candles, NOTHING)
+        self.thing = np.where(is_thing, self.hazard - openings - candles, NOTHING)
         # Damage of each hazard, for one on a table that beyond the bare table's.
-        self._more = hazards.damage - hazards.weights[TABLE.name] * hazards.are_at(Where.ON_TABLE, each)
+        self.more = hazards.damage - hazards.weights[TABLE.name] * hazards.are_at(Where.ON_TABLE, each)
         opens = (self.hazard >= 0) & (self.hazard < openings)
         gate, idle = opens & (self.hazard >= len(plan.landings)), np.eye(len(self.hazard))[:, -2:]
-        self._kind = np.column_stack(
-            [opens, gate, self._pair, is_thing, idle, np.append(self._more, 0.0)[self._of] / 5]
-        )
-        self._apart = plan.graph.distances_from(range(len(plan.caregiver_cells)))
+        self.kind = np.column_stack([opens, gate, self.pair, is_thing, idle, np.append(self.more, 0.0)[self.of] / 5])
+        self.apart = plan.graph.distances_from(range(len(plan.caregiver_cells)))
         self.reset(1)
 
     def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
@@ -177,9 +175,9 @@ class LearnedCaregiver(Caregiver):
         """Return which options there are in some worlds, bool (W, options)."""
         there = np.ones((len(percept.candle_table[worlds]), len(self.hazard)), bool)
         if percept.out_of_reach is not None:
-            there[:, :-2] = ~percept.out_of_reach[worlds][:, self._of[:-2]]
-        there[:, self._pair] &= bare_tables(percept.candle_table[worlds], len(self.plan.tables))[
-            :, self.table[self._pair]
+            there[:, :-2] = ~percept.out_of_reach[worlds][:, self.of[:-2]]
+        there[:, self.pair] &= bare_tables(percept.candle_table[worlds], len(self.plan.tables))[
+            :, self.table[self.pair]
         ]
         there[:, :-2] &= ~self.followers.there[worlds, None]
         return there
@@ -191,110 +189,147 @@ class LearnedCaregiver(Caregiver):
             Features of the options, (W, options, features), and of the worlds, (W, features); and which options there
             are, bool (W, options).
         """
-        plan, pair, ways = self.plan, self._pair, motion(self.plan, self.pace)
-        openings, hazards, candles = len(plan.stairwells), len(plan.hazards), len(plan.candle_tables)
-        child, cell, table = percept.child_cell[worlds], percept.caregiver_cell[worlds], percept.candle_table[worlds]
-        count, each = len(worlds), np.arange(len(worlds))
-        left = np.ones(count) if percept.time_left is None else percept.time_left[worlds]
-        there = self.can_be(percept, worlds)
+        look = _Look(self, percept, worlds)
+        return look.options(), look.world(), look.there
+
+
+class _Look:
+    """What the features are made of: W worlds, as they are seen now."""
+
+    def __init__(self, caregiver: LearnedCaregiver, percept: Percept, worlds: np.ndarray):
+        self.by, self.plan, self.count = caregiver, caregiver.plan, len(worlds)
+        plan, pair, more = self.plan, caregiver.pair, caregiver.more
+        openings, candles, hazards = len(plan.stairwells), len(plan.candle_tables), len(plan.hazards)
+        self.openings, self.on_tables = slice(openings), slice(openings, openings + candles)
+        self.others, self.lying = slice(openings, hazards), slice(openings + candles, hazards)
+        self.child, self.cell = percept.child_cell[worlds], percept.caregiver_cell[worlds]
+        self.table, self.there = percept.candle_table[worlds], caregiver.can_be(percept, worlds)
+        self.left = np.ones(self.count) if percept.time_left is None else percept.time_left[worlds]
+        shut = np.zeros((self.count, openings), bool) if percept.shut is None else percept.shut[worlds]
+        self.gates = shut[:, len(plan.landings) :] @ (1 << np.arange(len(plan.mouths)))
 
         # What is to be expected of each place, of the hazard that is there, and if the candle is on the other table.
-        belief = self.followers.belief.probability[worlds]
-        wants = belief.reshape(*child.shape, 1, -1)
-        joint = None if percept.belief is None else percept.belief.joint[worlds]
-        if joint is None:
-            expected = (wants @ _prospects(plan)[child]).sum(axis=(1, 2))
+        belief = caregiver.followers.belief.probability[worlds]
+        self.epsilon, self.wants = belief.sum(axis=2).mean(axis=1), belief.reshape(*self.child.shape, 1, -1)
+        prospects = _prospects(plan)
+        if percept.belief is None:
+            expected = (self.wants @ prospects[self.child]).sum(axis=(1, 2))
         else:
-            expected = Outlook(child_chain(plan), child, belief, joint).expected(_prospects(plan)).sum(axis=1)
-        expected = expected.reshape(count, 1 + len(_WITHIN), -1)
-        place = np.broadcast_to(np.arange(expected.shape[2]), (count, expected.shape[2]))
-        place = np.concatenate([place[:, :openings], openings + table, place[:, openings + len(plan.tables) :]], axis=1)
-        alive = np.ones((count, hazards), bool) if percept.out_of_reach is None else ~percept.out_of_reach[worlds]
-        now = np.zeros((count, 1 + len(_WITHIN), hazards + 1))  # the last one is for idling
-        now[..., :-1] = np.take_along_axis(expected, place[:, None], axis=2) * (self._more * alive)[:, None]
-        before, gain = now[..., self._of], now[..., self._of]
-        gain[..., pair] -= expected[..., openings + self.table[pair]] * self._more[self.hazard[pair]]
+            outlook = Outlook(child_chain(plan), self.child, belief, percept.belief.joint[worlds])
+            expected = outlook.expected(prospects).sum(axis=1)
+        expected = expected.reshape(self.count, 1 + len(_WITHIN), -1)
+        self.bumps = expected[:, :, openings : openings + len(plan.tables)].sum(axis=2)
+        place = np.tile(np.arange(expected.shape[2]), (self.count, 1))
+        place = np.concatenate([place[:, :openings], openings + self.table, place[:, openings + len(plan.tables) :]], 1)
+        alive = np.ones((self.count, hazards), bool)
+        if percept.out_of_reach is not None:
+            alive = ~percept.out_of_reach[worlds]
+        self.now = np.zeros((self.count, 1 + len(_WITHIN), hazards + 1))  # the last one is for idling
+        self.now[..., :-1] = np.take_along_axis(expected, place[:, None], axis=2) * (more * alive)[:, None]
+        self.before, self.gain = self.now[..., caregiver.of], self.now[..., caregiver.of]
+        self.gain[..., pair] -= expected[..., openings + caregiver.table[pair]] * more[caregiver.hazard[pair]]
+        self._time()
 
-        # How long it takes to get there, and to be done; where it will be at the next move, and in the end.
-        near = self._apart[cell[:, None], child]
-        nearest, here = child[each, near.argmin(axis=1)][:, None], cell[:, None]
-        idle = [ways.aside, ways.aside + 1]
-        static = np.concatenate([range(openings), np.zeros(pair.sum(), int), ways.floor, idle]).astype(int)
-        spot = np.where(pair, len(ways.posts) + table[:, self._candle], static) if candles else static[None]
-        goal = np.minimum(spot, ways.aside - 1)
+    def _time(self) -> None:
+        """Find how long it takes to get there, and to be done; where it will be at the next move, and in the end."""
+        by, pace, ways, pair = self.by, self.by.pace, motion(self.plan, self.by.pace), self.by.pair
+        near = by.apart[self.cell[:, None], self.child]
+        self.near, here, left = near.min(axis=1), self.cell[:, None], self.left[:, None]
+        nearest = self.child[np.arange(self.count), near.argmin(axis=1)][:, None]
+        static = np.concatenate([np.arange(self.openings.stop), np.zeros(pair.sum()), ways.floor, [0, 0]]).astype(int)
+        static[-2:] = ways.aside, ways.aside + 1
+        spot = np.where(pair, len(ways.posts) + self.table[:, by.candle], static) if pair.any() else static[None]
+        goal, goes = np.minimum(spot, ways.aside - 1), spot < ways.aside
         way = ways.distance[goal, nearest, here].astype(float)
-        barred = (way == UNREACHABLE) & (spot < ways.aside)
-        way = np.where(spot < ways.aside, np.where(barred, ways.open_distance[goal, here] + 6.0, way), 0.0)
-        steps = np.clip(np.rint(left * self.pace.cells), 0, len(ways.after) - 1).astype(int)
-        after = ways.after[steps[:, None], spot, nearest, here].astype(int)
-        end, carry = np.where(spot < ways.aside, ways.end[goal, here], after), np.zeros(way.shape)
+        self.barred = (way == UNREACHABLE) & goes
+        self.way = way = np.where(goes, np.where(self.barred, ways.open_distance[goal, here] + 6.0, way), 0.0)
+        steps = np.clip(np.rint(self.left * pace.cells), 0, len(ways.after) - 1).astype(int)
+        self.after = ways.after[steps[:, None], spot, nearest, here].astype(int)
+        self.end, self.carry = np.where(goes, ways.end[goal, here], self.after), np.zeros(way.shape)
         if pair.any():
-            to, stand = len(ways.posts) + self.table[pair], end[:, pair]
-            carry[:, pair] = ways.open_distance[to, stand] + self.pace.get + self.pace.place
-            end[:, pair] = ways.end[to, stand]
-        soon = np.maximum(way / self.pace.cells - left[:, None], 0.0)
-        done = np.maximum((way + carry) / self.pace.cells - left[:, None], 0.0)
+            to, stand = len(ways.posts) + by.table[pair], self.end[:, pair]
+            self.carry[:, pair] = ways.open_distance[to, stand] + pace.get + pace.place
+            self.end[:, pair] = ways.end[to, stand]
+        self.soon = np.maximum(way / pace.cells - left, 0.0)
+        self.done = np.maximum((way + self.carry) / pace.cells - left, 0.0)
+        self.in_hand = pair & (way + pace.get <= left * pace.cells + 1e-6)
 
-        # What is to be expected where it will be, were there no candles.
-        value, possible = _without_candles(plan, self.pace)
-        shut = np.zeros((count, openings), bool) if percept.shut is None else percept.shut[worlds]
-        gates = shut[:, len(plan.landings) :] @ (1 << np.arange(len(plan.mouths)))
-        cells = np.concatenate([after, end, here], axis=1)[:, None] + child[:, :, None] * len(plan.caregiver_cells)
-        goes_for = np.concatenate([self._thing + 1, np.zeros(len(self.hazard) + 1, int)])
-        found = value[gates[:, None, None], goes_for, cells] @ wants[:, :, 0, possible, None].astype(np.float32)
-        then, last, stays = np.split(found[..., 0].sum(axis=1).astype(float), [len(self.hazard), -1], axis=1)
-        lying = now[:, 0, openings + candles : -1]
+    @functools.cached_property
+    def planned(self) -> list[np.ndarray]:
+        """What the planner that knows of no candles expects, (W, options): if it goes there, from its end, if it stays.
+
+        The last one is (W, 1).
+        """
+        value, possible = _without_candles(self.plan, self.by.pace)
+        cells = np.concatenate([self.after, self.end, self.cell[:, None]], axis=1)[:, None]
+        cells = cells + self.child[:, :, None] * len(self.plan.caregiver_cells)
+        goes_for = np.concatenate([self.by.thing + 1, np.zeros(len(self.by.hazard) + 1, int)])
+        wants = self.wants[:, :, 0, possible, None].astype(np.float32)
+        found = (value[self.gates[:, None, None], goes_for, cells] @ wants)[..., 0].sum(axis=1).astype(float)
+        then, end, stays = np.split(found, [len(self.by.hazard), -1], axis=1)
+        lying = self.now[:, 0, self.lying]
         then = then + lying.sum(axis=1, keepdims=True)
-        then[:, self._thing != NOTHING] -= lying
+        then[:, self.by.thing != NOTHING] -= lying
+        return [then, end, stays]
 
-        best, greatest = np.zeros((count, hazards + 1)), np.where(there, gain[:, 0], 0.0)
-        np.maximum.at(best, (each[:, None], self._of), greatest)
-        most = best.max(axis=1, keepdims=True)
-        soon_hit, too_late, later = (_within(before, moves) for moves in (soon, done, done + 1.0))
-        in_hand = pair & (way + self.pace.get <= left[:, None] * self.pace.cells + 1e-6)
-        saved = np.where(pair, np.maximum(gain[:, 0] - too_late, 0.0), 0.0)
-        # What the others may do until it could get to them afterwards, and what could then still be saved.
-        target = np.concatenate([table + len(ways.posts), np.tile(ways.floor, (count, 1))], axis=1).astype(int)
-        onwards = ways.open_distance[target[:, None], end[..., None]] / self.pace.cells + done[..., None]
-        harm = _within(now[:, :, None, openings:-1], onwards)
-        rest = np.where(self.hazard[:, None] == np.arange(openings, hazards), 0.0, 1.0)
-        saves = np.maximum(best[:, None, openings:-1] - harm, 0.0) * rest
-        onwards = [(harm * rest).sum(axis=2), saves.sum(axis=2), saves.max(axis=2, initial=0.0)]
-        on_tables = now[..., openings : openings + candles].sum(axis=2)
-        meanwhile = _within(np.repeat(on_tables[..., None], len(self.hazard), axis=2), done) - np.where(
-            pair, too_late, 0.0
-        )
-        worse, worse_saved, worse_last = (_beyond_least(some, there) for some in (then, then - saved, last))
-        options = [
-            _log(worse), worse, _log(worse_saved), worse_saved, _log(worse_last), worse_last, last - stays,
-            then - stays - lying.sum(axis=1, keepdims=True), _log(gain[:, 0]), gain[:, 0], _log(saved),
-            gain[:, 0] / np.maximum(most, 1e-6), best[:, self._of] - gain[:, 0], _log(soon_hit),
-            _log(too_late), _log(later - too_late), _log(meanwhile), soon / 5, done / 5, np.ceil(done - 1e-6) / 5, in_hand,
-            np.where(in_hand, _log(saved), 0.0), *map(_log, onwards), onwards[1], way == 0, way <= 1, barred,
-            *(_log(before[:, column]) for column in (*_SHOWN[1:], 0)), *(_log(gain[:, column]) for column in _SHOWN[1:]), carry / 15,
-            *np.broadcast_to(self._kind.T[:, None], (self._kind.shape[1], *there.shape)),
+    @functools.cached_property
+    def best(self) -> np.ndarray:
+        """The most that can be gained by each hazard, and by idling, (W, hazards + 1)."""
+        best = np.zeros(self.now.shape[::2])
+        np.maximum.at(best, (np.arange(self.count)[:, None], self.by.of), np.where(self.there, self.gain[:, 0], 0.0))
+        return best
+
+    def afterwards(self) -> list[np.ndarray]:
+        """Return what the others may do until it could get to them after that, and what could then be saved."""
+        ways = motion(self.plan, self.by.pace)
+        target = np.concatenate([self.table + len(ways.posts), np.tile(ways.floor, (self.count, 1))], axis=1)
+        onwards = ways.open_distance[target.astype(int)[:, None], self.end[..., None]] / self.by.pace.cells
+        harm = _within(self.now[:, :, None, self.others], onwards + self.done[..., None])
+        rest = self.by.hazard[:, None] != np.arange(self.others.start, self.others.stop)
+        saves = np.maximum(self.best[:, None, self.others] - harm, 0.0) * rest
+        return [(harm * rest).sum(axis=2), saves.sum(axis=2), saves.max(axis=2, initial=0.0)]
+
+    def options(self) -> np.ndarray:
+        """Return features of the options, (W, options, features)."""
+        by, before, gain, done, there = self.by, self.before, self.gain, self.done, self.there
+        then, end, stays = self.planned
+        soon_hit, too_late, later = (_within(before, moves) for moves in (self.soon, done, done + 1.0))
+        saved = np.where(by.pair, np.maximum(gain[:, 0] - too_late, 0.0), 0.0)
+        on_tables = self.now[..., self.on_tables].sum(axis=2)[..., None].repeat(len(by.hazard), axis=2)
+        meanwhile = _within(on_tables, done) - np.where(by.pair, too_late, 0.0)
+        onwards = self.afterwards()
+        planned = [one - np.where(there, one, np.inf).min(axis=1, keepdims=True) for one in (then, then - saved, end)]
+        lying = self.now[:, 0, self.lying].sum(axis=1, keepdims=True)
+        values = [
+            *(part for one in planned for part in (_log(one), one)), end - stays, then - stays - lying,
+            _log(gain[:, 0]), gain[:, 0], _log(saved), 
+            self.best[:, by.of] - gain[:, 0], _log(soon_hit), _log(too_late), _log(later - too_late), _log(meanwhile),
+            self.soon / 5, done / 5, np.ceil(done - 1e-6) / 5, self.in_hand, np.where(self.in_hand, _log(saved), 0.0),
+            *map(_log, onwards), onwards[1], self.way == 0, self.way <= 1, self.barred,
+            *(_log(before[:, column]) for column in (*_SHOWN[1:], 0)),
+            *(_log(gain[:, column]) for column in _SHOWN[1:]), self.carry / 15,
         ]  # fmt: skip
-        bumps = expected[:, :, openings : openings + len(plan.tables)].sum(axis=2)
-        sums = now[..., :openings].sum(axis=2), on_tables, now[..., openings + candles : -1].sum(axis=2), bumps
-        some = there[:, :openings], there[:, pair] / 5, there[:, self._thing != NOTHING]
-        children = np.full(count, child.shape[1])
-        world = [
-            *(_log(some[:, _SHOWN]) for some in sums), stays, _log(np.where(there, then, np.inf).min(axis=1)),
-            _log(most), belief.sum(axis=2).mean(axis=1) @ np.linspace(0, 1, len(EPSILONS)), left,
-            np.minimum(near.min(axis=1), 15) / 5, children, *(one.sum(axis=1) for one in some),
-            np.tile([candles, len(plan.tables) - candles], (count, 1)),
-        ]  # fmt: skip
-        return np.stack(options, axis=2), np.column_stack(world), there
+        kind = np.broadcast_to(by.kind, (self.count, *by.kind.shape))
+        return np.concatenate([np.stack(values, axis=2), kind], axis=2)
+
+    def world(self) -> np.ndarray:
+        """Return features of the worlds, (W, features)."""
+        then, _, stays = self.planned
+        sums = [self.now[..., some].sum(axis=2) for some in (self.openings, self.on_tables, self.lying)]
+        some = self.there[:, self.openings], self.there[:, self.by.pair] / 5, self.there[:, self.by.thing != NOTHING]
+        candles = len(self.plan.candle_tables)
+        return np.column_stack([
+            *(_log(one[:, _SHOWN]) for one in (*sums, self.bumps)),
+            stays, _log(np.where(self.there, then, np.inf).min(axis=1)), _log(self.best.max(axis=1)),
+            self.epsilon @ np.linspace(0, 1, len(EPSILONS)), self.left, np.minimum(self.near, 15) / 5,
+            np.full(self.count, self.child.shape[1]), *(one.sum(axis=1) for one in some),
+            np.tile([candles, len(self.plan.tables) - candles], (self.count, 1)),
+        ])  # fmt: skip
 
 
 def _log(damage: np.ndarray) -> np.ndarray:
     """Return the same on a scale that tells small ones apart."""
     return np.log1p(100.0 * np.maximum(damage, 0.0)) / 3.0
-
-
-def _beyond_least(damage: np.ndarray, there: np.ndarray) -> np.ndarray:
-    """Return by how much each option is worse than the best that there is, (B, options)."""
-    return damage - np.where(there, damage, np.inf).min(axis=1, keepdims=True)
 
 
 def _within(harm: np.ndarray, moves: np.ndarray) -> np.ndarray:

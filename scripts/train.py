@@ -3,12 +3,14 @@
     python scripts/train.py --out runs/learned                  # an hour on two cores
     python scripts/train.py --out runs/learned --minutes 2      # to see it work
     python scripts/train.py --out runs/learned --resume
+    python scripts/train.py --out runs/learned --judge          # beside the rule and foresight, in houses kept back
 
 Houses come in blocks, each house once. In all houses of a block children walk about while the network of the blocks so
 far decides (in the first block the paper's rule), now and then astray; at some of its decisions `foresight` says how
-much damage is to be expected of each option. Then the network is trained on all that has been said so far, so that the
-least is to be expected of what it draws. So it learns where its own decisions take it (Ross, Gordon and Bagnell,
-AISTATS 2011), and by what a decision costs (Ross and Bagnell, arXiv 1406.5979).
+much damage is to be expected of each option, at a price of a denied move that is a little lower. Then the network is
+trained on all that has been said so far, so that the least is to be expected of what it draws. So it learns where its
+own decisions take it (Ross, Gordon and Bagnell, AISTATS 2011), and by what a decision costs (Ross and Bagnell, arXiv
+1406.5979).
 
 In DIR there are then learned.npz, the weights; curve.csv and curve.svg; and what a run that goes on needs: a file for
 each house, and the weights after each block. With the same seed, houses and --jobs of any number the weights are the
@@ -27,6 +29,7 @@ import collections
 import concurrent.futures
 import contextlib
 import csv
+import functools
 import math
 import multiprocessing
 import pathlib
@@ -65,6 +68,7 @@ ASTRAY, BACK = 0.05, 0.3  # probability, in a timestep, to begin with an option 
 BATCH, RATE, MOST = 512, 2e-3, 3.0  # decisions; step size; damage by which an option is worse, at most
 LOOSE = 0.01  # weight of the entropy of what is drawn, in damage
 PASSES, LAST = 3, 12  # through all data after each block, and in the end
+CAREGIVERS = {"rule": PaperCaregiver, "learned": LearnedCaregiver, "foresight": ForesightCaregiver}
 _PARTS = "rows", "worlds", "counts", "damage"  # of what is heard: features, how many options, and damage
 _KINDS = np.float32, np.float32, np.int64, np.float32
 _BETA = 0.9, 0.999, 0.998  # decay of Adam's moments, and of the mean of the weights that is kept
@@ -254,18 +258,38 @@ def regret(net: Weights, data: tuple[np.ndarray, ...]) -> float:
     return float((chosen - np.minimum.reduceat(damage, first)).mean())
 
 
-def judge(name: str, net: Weights | None, who: str, episodes: int = 8) -> float:
-    """Return the mean damage of an episode in a house over the paper's five novices."""
-    plan = FloorPlan.load(name)
-    caregiver = {"rule": PaperCaregiver, "foresight": ForesightCaregiver, "learned": LearnedCaregiver}[who](plan)
+def judge(name: str, net: Weights | None, who: str, episodes: int = 8) -> tuple[float, float]:
+    """Return the mean damage of an episode in a house over the paper's five novices, and what it took to decide.
+
+    That is seconds of the processor an episode, with what the caregiver makes for the house.
+    """
+    plan, took = FloorPlan.load(name), [0.0]
+    caregiver = CAREGIVERS[who](plan)
     if isinstance(caregiver, LearnedCaregiver):
         caregiver.net = net
+
+    def timed(method, *given):
+        begun = time.process_time()
+        found = method(*given)
+        took[0] += time.process_time() - begun
+        return found
+
+    for method in "reset", "watch", "decide":
+        setattr(caregiver, method, functools.partial(timed, getattr(caregiver, method)))
     world = GridWorld(plan, 0.5, caregiver)
     world.behaviours[0].epsilons = lambda _: np.repeat(EPSILONS, episodes)
     seeds = [*range(episodes)] * len(EPSILONS)
-    return float(world.run([Tape.draw_family(np.random.RandomState(seed), 1) for seed in seeds]).damage.sum()) / len(
-        seeds
-    )
+    ledger = world.run([Tape.draw_family(np.random.RandomState(seed), 1) for seed in seeds])
+    return float(ledger.damage.sum()) / len(seeds), took[0] / len(seeds)
+
+
+def show(names: list[str], net: Weights, whos: list[str], console: Console) -> None:
+    """Print what some caregivers come to in houses, foresight where it can plan."""
+    if "foresight" in whos:
+        names = [name for name in names if _states(FloorPlan.load(name))]
+    for who in whos:
+        damage, took = np.mean([judge(name, net, who) for name in names], axis=0)
+        console.print(f"{who} in {len(names)} other houses: damage {damage:.2f}, {1000 * took:.0f} ms an episode")
 
 
 def draw(path: pathlib.Path, rows: list[dict[str, float]]) -> None:
@@ -392,19 +416,24 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--seed", type=int, default=0, help="of episodes and weights (default: 0)")
     parser.add_argument("--houses", nargs="+", default=HOUSES, help=f"to learn in (default: {' '.join(HOUSES)})")
     parser.add_argument("--jobs", type=int, default=2, help="processes (default: 2)")
+    parser.add_argument("--judge", action="store_true", help="train no more: judge what is in DIR, beside foresight")
     parser.add_argument("--resume", action="store_true", help="go on with the run in DIR")
     given = parser.parse_args(arguments)
     if any(word in name for name in given.houses for word in ("test", "drawn")):
         parser.error("--houses must be none to be tested in")
     if not given.minutes > 0:
         parser.error(f"--minutes must be positive, got {given.minutes}")
-    if given.out.exists() and any(given.out.iterdir()) and not given.resume:
+    if given.out.exists() and any(given.out.iterdir()) and not given.resume | given.judge:
         parser.error(f"--out must be empty without --resume, got {given.out}")
     given.out.mkdir(parents=True, exist_ok=True)
     console = Console()
     columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
     names = mixed(given.houses)
     judged, names = names[:JUDGED], names[JUDGED:] or names
+    kept = given.out / "learned.npz"
+    if given.judge:
+        with np.load(kept) as file:
+            return show(judged, {name: value.astype(float) for name, value in file.items()}, [*CAREGIVERS], console)
     run = Run(given.out, names, given.seed, given.jobs, given.minutes)
     context = multiprocessing.get_context("spawn")
     with (
@@ -412,14 +441,11 @@ def main(arguments: list[str] | None = None) -> None:
         Progress(*columns, console=console) as progress,
     ):
         net = run.train(pool, progress)
-    _save(given.out / "learned.npz", {name: value.astype(np.float16) for name, value in net.items()})  # 60 kB
-    console.print(f"{given.out / 'learned.npz'}: set `LearnedCaregiver.net` to it, or put it into examples")
+    _save(kept, {name: value.astype(np.float16) for name, value in net.items()})
+    console.print(f"{kept}: set `LearnedCaregiver.net` to it, or put it into examples")
     with contextlib.suppress(KeyboardInterrupt):
         if run.left() > 0.05 * 60 * given.minutes:
-            damage = {who: np.mean([judge(name, net, who) for name in judged]) for who in ("rule", "learned")}
-            console.print(
-                f"damage in {len(judged)} other houses: " + ", ".join(f"{a} {b:.2f}" for a, b in damage.items())
-            )
+            show(judged, net, ["rule", "learned"], console)
 
 
 if __name__ == "__main__":

@@ -8,35 +8,37 @@ import train
 from rich.progress import Progress
 
 
-def toy(random, worlds=600):
-    """Two or three options in each world, of which that with the greatest first feature is the best."""
+def toy(random, worlds=3000):
+    """Two or three options in each world, the best that with the greatest first feature, or in some the least."""
     counts = random.integers(2, 4, worlds)
-    rows = random.standard_normal((counts.sum(), 4)).astype(np.float32)
-    return rows, counts, (1.0 - rows[:, 0]).astype(np.float32)
+    rows, turned = random.standard_normal((counts.sum(), 4)), random.choice([-1.0, 1.0], (worlds, 1))
+    parts = rows, turned, counts, 1.0 - rows[:, 0] * turned[:, 0].repeat(counts)
+    return tuple(part.astype(np.float32) if part.dtype == float else part for part in parts)
 
 
 def test_gradients_are_those_of_the_loss(monkeypatch):
     monkeypatch.setattr(train, "HIDDEN", 5)
     random = np.random.default_rng(0)
-    rows, counts, worse = (part.astype(float) if part.dtype == np.float32 else part for part in toy(random, 20))
-    net = {name: value.astype(float) for name, value in train.begin(rows, random).items()}
-    _, found = train.gradients(net, rows, counts, worse, loose=0.0)
+    data = [part.astype(float) if part.dtype == np.float32 else part for part in toy(random, 20)]
+    net = {name: value.astype(float) for name, value in train.begin(*data[:2], random).items()}
+    _, found = train.gradients(net, *data, loose=0.0)
+    assert {*net} - {*found} == {"mean", "spread", "mean_world", "spread_world"}
     for name, gradient in found.items():
         where = tuple(0 for _ in gradient.shape)
         ends = []
         for step in (1e-6, -1e-6):
             moved = net | {name: net[name].copy()}
             moved[name][where] += step
-            ends.append(train.gradients(moved, rows, counts, worse, loose=0.0)[0])
+            ends.append(train.gradients(moved, *data, loose=0.0)[0])
         assert gradient[where] == pytest.approx((ends[0] - ends[1]) / 2e-6, abs=1e-7)
 
 
 def test_a_fit_finds_what_is_best():
     random = np.random.default_rng(0)
     data, others = toy(random), toy(random)
-    net = train.begin(data[0], random)
+    net = train.begin(*data[:2], random)
     before = train.regret(net, others)
-    net, loss = train.fit(net, data, 20, random)
+    net, loss = train.fit(net, data, 12, random)
     assert loss < 0.1 < before
     assert train.regret(net, others) < 0.1 * before
 

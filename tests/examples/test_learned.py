@@ -1,5 +1,7 @@
 """The learned caregiver: its options and features in a small house by hand, and its network."""
 
+import dataclasses
+
 import learned_caregiver
 import numpy as np
 import pytest
@@ -30,28 +32,44 @@ def test_options_by_hand():
     orders = caregiver.take(np.array([0, 3, 4, 5]))
     assert orders.verb.tolist() == [BLOCK, RELOCATE, STAND_ASIDE, DO_NOTHING]
     assert orders.destination.tolist() == [NOTHING, 2, NOTHING, NOTHING]
-    # Beside table 2 the child would come to more harm by a candle there; table 1 is where it is.
-    _, there = caregiver.features(see(4, 0))
-    assert there.tolist() == [[True, True, False, False, True, True]]
-    _, there = caregiver.features(see(4, 0, out_of_reach=np.array([[True, False]]), shut=np.array([[True]])))
-    assert there.tolist() == [[False, True, False, False, True, True]]
+    # Table 1 is where the candle is.
+    assert caregiver.can_be(see(4, 0)).tolist() == [[True, True, False, True, True, True]]
+    shut = see(4, 0, out_of_reach=np.array([[True, False]]), shut=np.array([[True]]))
+    assert caregiver.can_be(shut).tolist() == [[False, True, False, True, True, True]]
 
 
-def test_what_a_child_may_do_while_the_caregiver_stands_in_its_way_by_hand():
-    # All moves are random: from cell 0 one in four falls. Whoever stands on the landing prevents that; in cell 1 it
-    # keeps the child beside the stairwell, and in cell 4 it does nothing in three moves.
-    standing = learned_caregiver._standing(CORRIDOR)[:, 0, 0].reshape(6, -1, 4)[:, -1, 0]  # of the stairwell
-    assert standing[5] == 0.0
-    assert standing[1] == pytest.approx(3 / 4)  # it is beside it all the time, for three moves
-    # Alone it is in cell 0 still after a move with 3/4, after two with 3/4 3/4 + 1/4 1/4.
-    assert standing[4] == pytest.approx((1 + 3 / 4 + 10 / 16) / 4)
+def test_it_thinks_better_of_it_when_the_child_has_moved_or_it_is_done(monkeypatch):
+    caregiver, asked = LearnedCaregiver(CORRIDOR), []
+    best = iter([3, 0, 5])
+    monkeypatch.setattr(caregiver, "scores", lambda percept, worlds: asked.append(0) or np.eye(6)[[next(best)]] * 9.0)
+    assert caregiver.decide(see(4, 0)).destination == 2
+    assert caregiver.decide(see(4, 1)).destination == 2
+    assert len(asked) == 1
+    assert caregiver.decide(see(4, 1, table=2)).verb == BLOCK  # it is on table 2 now
+    caregiver.watch(see(3, 1, table=2))
+    held = dataclasses.replace(see(3, 1, table=2), holding=np.array([0]))
+    assert caregiver.decide(held).verb == BLOCK  # until the hand is empty
+    assert len(asked) == 2
+    assert caregiver.decide(see(3, 1, table=2)).verb == DO_NOTHING
+
+
+def test_what_is_to_be_expected_without_candles():
+    values, possible = learned_caregiver._without_candles(CORRIDOR, LearnedCaregiver(CORRIDOR).pace)
+    assert values.shape == (1, 1, 5 * 6, len(possible))
+    values = values[0, 0].reshape(5, 6, -1).mean(axis=2)
+    assert (values[:, 5] <= values.min(axis=1) + 0.01).all()  # on the landing nobody falls
+    assert values[0, 4] > values[4, 4]  # the farther from the stairwell the better
 
 
 def test_the_network_by_hand():
-    net = {"mean": np.array([1.0]), "spread": np.array([2.0]), "w1": np.eye(1), "b1": np.zeros(1)}
-    net |= {"w2": np.eye(1), "u2": 10 * np.eye(1), "b2": np.zeros(1), "w3": np.ones(1)}
+    net = {"mean": np.array([1.0]), "spread": np.array([2.0]), "w1": np.eye(1), "b1": np.zeros(1), "skip": np.zeros(1)}
+    net |= {"w2": np.eye(1), "u2": 10 * np.eye(1), "b2": np.zeros(1), "w3": np.ones(1), "v1": np.eye(1)}
+    net |= {"mean_world": np.zeros(1), "spread_world": np.ones(1)}
     # (3 - 1) / 2 = 1 and (5 - 1) / 2 = 2, on an average 1.5; -1 is cut off by the rectifier, and 99 at 6.
-    assert layers(net, np.array([[3.0], [5.0], [-1.0], [99.0]]), np.array([2, 2]))[-1].tolist() == [16, 17, 30, 36]
+    rows, counts = np.array([[3.0], [5.0], [-1.0], [99.0]]), np.array([2, 2])
+    assert layers(net, rows, np.zeros((2, 1)), counts)[-1].tolist() == [16, 17, 30, 36]
+    # One more of each in the first world, and with the first feature itself on top.
+    assert layers(net | {"skip": np.ones(1)}, rows, np.array([[1.0], [0.0]]), counts)[-1].tolist() == [28, 30, 29, 42]
 
 
 @pytest.mark.parametrize(("name", "children"), [("paper", 1), ("home-500001", 2)])
@@ -62,9 +80,9 @@ def test_an_episode_does_not_depend_on_its_batch(name, children):
     assert (run(families) == np.concatenate([run([family]) for family in families])).all()
 
 
-def test_a_house_too_large_for_what_it_would_keep_them_from_does_without(monkeypatch):
-    monkeypatch.setattr(learned_caregiver, "_LARGEST", 10)
-    learned_caregiver._standing.cache_clear()
-    features, _ = LearnedCaregiver(CORRIDOR).features(see(0, 1))
-    learned_caregiver._standing.cache_clear()
-    assert np.isfinite(features).all()
+def test_a_house_too_large_for_that_planner_does_without(monkeypatch):
+    monkeypatch.setattr(learned_caregiver, "candles_at_a_time", lambda plan: -1)
+    learned_caregiver._without_candles.cache_clear()
+    features = LearnedCaregiver(CORRIDOR).features(see(0, 1), np.array([0]))
+    learned_caregiver._without_candles.cache_clear()
+    assert all(np.isfinite(some).all() for some in features)
