@@ -33,7 +33,6 @@ import functools
 import math
 import multiprocessing
 import pathlib
-import sys
 import time
 
 import numpy as np
@@ -45,6 +44,7 @@ from caregiver_mj.caregivers.foresight.child_model import EPSILONS
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver, each_on_a_table
 from caregiver_mj.caregivers.foresight.options import Cases, Sums
 from caregiver_mj.caregivers.foresight.value_table import candles_at_a_time
+from caregiver_mj.caregivers.learned import OBJECTIVE, LearnedCaregiver, Weights, layers
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import bare_tables
 from caregiver_mj.children.tape import Tape
@@ -53,9 +53,6 @@ from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.sets import houses_named
-
-sys.path.insert(0, str(pathlib.Path(__file__).parents[1] / "examples"))
-from learned_caregiver import OBJECTIVE, LearnedCaregiver, Weights, layers
 
 HOUSES = ("train-240", "home-train-120", "shapes-train-60")
 JUDGED = 12  # houses, the first ones, in which none is trained: to choose by

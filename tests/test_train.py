@@ -60,6 +60,9 @@ def test_a_run_that_goes_on_comes_to_the_same(tmp_path, monkeypatch):
         (tmp_path / "whole" / lost).unlink()
     again = run(tmp_path / "whole")
     assert all((whole[name] == again[name]).all() for name in whole)
+    damage, took = train.judge(houses[0], whole, "learned", 1)
+    assert damage >= 0.0
+    assert took > 0.0
 
 
 @pytest.mark.parametrize("wrong", [["--houses", "test-3"], ["--minutes", "0"]])

@@ -18,6 +18,7 @@ from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.foresight.clairvoyant import ClairvoyantCaregiver
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver, KnowsGoalCaregiver
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
+from caregiver_mj.caregivers.learned import LearnedCaregiver
 from caregiver_mj.caregivers.paper import CandlesCaregiver, LastSeenCaregiver, PaperCaregiver, StairsCaregiver
 from caregiver_mj.errors import CaregiverError, check_integer, check_kind
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -43,6 +44,7 @@ CAREGIVERS: Registry[type[Caregiver] | None] = Registry(
         "nearest-first": NearestFirstCaregiver,
         "childproof": ChildproofCaregiver,
         "foresight": ForesightCaregiver,
+        "learned": LearnedCaregiver,
         "knows-goal": KnowsGoalCaregiver,
         "clairvoyant": ClairvoyantCaregiver,
     },

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, SupportsFloat
+from typing import Any
 
-import gymnasium
 import numpy as np
 from gymnasium import spaces
 
@@ -44,19 +43,6 @@ class CostMeter:
         damage, strikes = self._harmed.damage - self._damage, self._harmed.strikes - self._strikes
         self._damage, self._strikes = self._harmed.damage, self._harmed.strikes
         return {"cost": damage + STRIKE_COST * strikes, "damage": damage, "strikes": strikes}
-
-
-class SixValueStep(gymnasium.Wrapper):
-    """Has a step return six values, as Safety-Gymnasium's do: observation, reward, cost, terminated, truncated, info.
-
-    It has to be the outermost wrapper, for Gymnasium's own expect five.
-    """
-
-    def step(  # type: ignore[override]  # a value more
-        self, action: Any
-    ) -> tuple[Any, SupportsFloat, float, bool, bool, dict[str, Any]]:
-        observation, reward, terminated, truncated, info = self.env.step(action)
-        return observation, reward, info["cost"], terminated, truncated, info
 
 
 def episode_seed(seed: int | None, random: np.random.Generator) -> int:

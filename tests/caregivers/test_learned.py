@@ -2,11 +2,11 @@
 
 import dataclasses
 
-import learned_caregiver
 import numpy as np
 import pytest
-from learned_caregiver import LearnedCaregiver, layers
 
+from caregiver_mj.caregivers import learned
+from caregiver_mj.caregivers.learned import LearnedCaregiver, layers
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.grid.world import GridWorld
@@ -54,7 +54,7 @@ def test_it_thinks_better_of_it_when_the_child_has_moved_or_it_is_done(monkeypat
 
 
 def test_what_is_to_be_expected_without_candles():
-    values, possible = learned_caregiver._without_candles(CORRIDOR, LearnedCaregiver(CORRIDOR).pace)
+    values, possible = learned._without_candles(CORRIDOR, LearnedCaregiver(CORRIDOR).pace)
     assert values.shape == (1, 1, 5 * 6, len(possible))
     values = values[0, 0].reshape(5, 6, -1).mean(axis=2)
     assert (values[:, 5] <= values.min(axis=1) + 0.01).all()  # on the landing nobody falls
@@ -81,8 +81,8 @@ def test_an_episode_does_not_depend_on_its_batch(name, children):
 
 
 def test_a_house_too_large_for_that_planner_does_without(monkeypatch):
-    monkeypatch.setattr(learned_caregiver, "candles_at_a_time", lambda plan: -1)
-    learned_caregiver._without_candles.cache_clear()
+    monkeypatch.setattr(learned, "candles_at_a_time", lambda plan: -1)
+    learned._without_candles.cache_clear()
     features = LearnedCaregiver(CORRIDOR).features(see(0, 1), np.array([0]))
-    learned_caregiver._without_candles.cache_clear()
+    learned._without_candles.cache_clear()
     assert all(np.isfinite(some).all() for some in features)

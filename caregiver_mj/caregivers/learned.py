@@ -1,21 +1,17 @@
-r"""The learned caregiver: a small network says what is best to do, which has learned it from `foresight`.
-
-    PYTHONPATH=examples caregiver-mj evaluate --world grid --house house-20 --epsilon .5 --episodes 5 \
-        --caregiver none expected-danger learned_caregiver:LearnedCaregiver
+"""The learned caregiver: a small network says what is best to do, which has learned it from `foresight`.
 
 `scripts/train.py` trains it; here it runs on NumPy alone, with the weights in `learned.npz`. Every option (an opening,
 a candle and a table for it, a thing on the floor, to stand aside, to stay) has features: what is to be expected of its
 hazard, and of the others meanwhile, by the belief of `foresight`; how long the robot takes; and what a planner that
-knows of no candles expects where the robot will then be. That one has a single layout to plan for, so that it is soon
-made; what candles come to is what the network has learned. It scores each option, knowing what the
-others are on an average, so that it serves houses with any number of hazards.
+knows of no candles expects where the robot will then be, which has a single layout to plan for. The network scores each
+option, knowing what the others are on an average, so that it serves houses with any number of hazards.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import functools
-import pathlib
+import importlib.resources
 from collections.abc import Sequence
 
 import numpy as np
@@ -45,7 +41,7 @@ Weights = dict[str, np.ndarray]
 @functools.cache
 def shipped() -> Weights:
     """Return the weights beside this file, read once."""
-    with np.load(pathlib.Path(__file__).with_name("learned.npz")) as file:
+    with (importlib.resources.files(__package__) / "learned.npz").open("rb") as content, np.load(content) as file:
         return {name: value.astype(float) for name, value in file.items()}
 
 
@@ -81,8 +77,8 @@ def _prospects(plan: FloorPlan) -> np.ndarray:
 def _without_candles(plan: FloorPlan, pace: Pace) -> tuple[np.ndarray, np.ndarray]:
     """Return the damage to come if there were no candles, and the goals and epsilons that it is by, (J,).
 
-    It is (sets of shut gates, 1 + things, C R, J), as in `ValueTable.value`: whatever the caregiver does, and if it
-    goes for each thing on the floor. Of a house that is too large even for that nothing is expected.
+    It is (sets of shut gates, 1 + things, C R, J), as in `ValueTable`: at best, and if it goes for each thing on the
+    floor. Of a house that is too large even for that nothing is expected.
     """
     bare = dataclasses.replace(plan, rows=tuple(row.translate(_CANDLES) for row in plan.rows))
     if candles_at_a_time(bare) < 0:
@@ -146,8 +142,7 @@ class LearnedCaregiver(Caregiver):
         goes_on = ~self._moved & self.can_be(percept)[every, self._about] & (self._about != NOTHING)
         worlds = np.flatnonzero((percept.holding == NOTHING) & ~goes_on)
         if worlds.size:
-            score = self.scores(percept, worlds)
-            old = self._about[worlds]
+            score, old = self.scores(percept, worlds), self._about[worlds]
             score[old != NOTHING, old[old != NOTHING]] += LOYAL
             self._about[worlds] = score.argmax(axis=1)
             self._moved[worlds] = False
@@ -176,18 +171,15 @@ class LearnedCaregiver(Caregiver):
         there = np.ones((len(percept.candle_table[worlds]), len(self.hazard)), bool)
         if percept.out_of_reach is not None:
             there[:, :-2] = ~percept.out_of_reach[worlds][:, self.of[:-2]]
-        there[:, self.pair] &= bare_tables(percept.candle_table[worlds], len(self.plan.tables))[
-            :, self.table[self.pair]
-        ]
+        bare = bare_tables(percept.candle_table[worlds], len(self.plan.tables))
+        there[:, self.pair] &= bare[:, self.table[self.pair]]
         there[:, :-2] &= ~self.followers.there[worlds, None]
         return there
 
     def features(self, percept: Percept, worlds: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return what the network goes by, and what there is, in some worlds, (W,), in which all candles are on tables.
+        """Return features of the options, (W, options, features), and of the worlds, and which options there are.
 
-        Returns:
-            Features of the options, (W, options, features), and of the worlds, (W, features); and which options there
-            are, bool (W, options).
+        All candles must be on tables in these worlds, (W,).
         """
         look = _Look(self, percept, worlds)
         return look.options(), look.world(), look.there
@@ -256,10 +248,7 @@ class _Look:
 
     @functools.cached_property
     def planned(self) -> list[np.ndarray]:
-        """What the planner that knows of no candles expects, (W, options): if it goes there, from its end, if it stays.
-
-        The last one is (W, 1).
-        """
+        """What the planner without candles expects: if it goes there, at its end, (W, options); if it stays, (W, 1)."""
         value, possible = _without_candles(self.plan, self.by.pace)
         cells = np.concatenate([self.after, self.end, self.cell[:, None]], axis=1)[:, None]
         cells = cells + self.child[:, :, None] * len(self.plan.caregiver_cells)
@@ -302,7 +291,7 @@ class _Look:
         lying = self.now[:, 0, self.lying].sum(axis=1, keepdims=True)
         values = [
             *(part for one in planned for part in (_log(one), one)), end - stays, then - stays - lying,
-            _log(gain[:, 0]), gain[:, 0], _log(saved), 
+            _log(gain[:, 0]), gain[:, 0], _log(saved),
             self.best[:, by.of] - gain[:, 0], _log(soon_hit), _log(too_late), _log(later - too_late), _log(meanwhile),
             self.soon / 5, done / 5, np.ceil(done - 1e-6) / 5, self.in_hand, np.where(self.in_hand, _log(saved), 0.0),
             *map(_log, onwards), onwards[1], self.way == 0, self.way <= 1, self.barred,
