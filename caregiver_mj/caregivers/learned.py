@@ -141,7 +141,7 @@ class LearnedCaregiver(Caregiver):
         percept, every = each_on_a_table(self.plan, percept), np.arange(len(self._about))
         goes_on = ~self._moved & self.can_be(percept)[every, self._about] & (self._about != NOTHING)
         worlds = np.flatnonzero((percept.holding == NOTHING) & ~goes_on)
-        if worlds.size:
+        if worlds.size and len(self.plan.hazards):
             score, old = self.scores(percept, worlds), self._about[worlds]
             score[old != NOTHING, old[old != NOTHING]] += LOYAL
             self._about[worlds] = score.argmax(axis=1)
