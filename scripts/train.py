@@ -439,7 +439,7 @@ def main(arguments: list[str] | None = None) -> None:
     ):
         net = run.train(pool, progress)
     _save(kept, {name: value.astype(np.float16) for name, value in net.items()})
-    console.print(f"{kept}: set `LearnedCaregiver.net` to it, or put it into examples")
+    console.print(f"{kept}: set `LearnedCaregiver.net` to it, or put it into caregiver_mj/caregivers")
     with contextlib.suppress(KeyboardInterrupt):
         if run.left() > 0.05 * 60 * given.minutes:
             show(judged, net, ["rule", "learned"], console)

@@ -8,6 +8,7 @@ from random_plans import plans_with_things
 from test_close import tapes
 
 from caregiver_mj.caregivers import Caregiver
+from caregiver_mj.caregivers.foresight import value_table
 from caregiver_mj.caregivers.foresight.value_table import Objective, ValueTable
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.registry import make_caregiver
@@ -154,6 +155,14 @@ def test_in_any_plan_each_is_taken_once_and_none_comes_back(plan_text, name):
 
 
 # -- Foresight -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("plan", SMALL)
+def test_what_has_settled_is_not_swept_again_and_what_has_not_is(plan, monkeypatch):
+    found = ValueTable(plan)
+    monkeypatch.setattr(value_table, "_STILL", -1.0)  # nothing counts as settled
+    for going, whole in zip(found.going, ValueTable(plan).going, strict=True):
+        assert np.abs(going - whole).max() < 0.005
 
 
 def test_what_comes_of_going_there_by_hand():
