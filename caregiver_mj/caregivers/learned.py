@@ -97,7 +97,10 @@ class LearnedCaregiver(Caregiver):
     Attributes:
         net: Its weights; those of `shipped`, if left out.
         hazard: The hazard of each option, NOTHING for the last two: to stand aside, and to stay.
-        table: The table that each option takes a candle to, or NOTHING.
+        table: The table that each option takes a candle to, or NOTHING; `pair` says which do, `candle` which candle.
+        of: The hazard of each option, for the last two one more than there are; `thing` that on the floor, or NOTHING.
+        kind, more: What each option is by its kind, and the damage of each hazard; both are features.
+        apart: Steps between the caregiver's cells.
         followers: What it believes of the children, too.
     """
 

@@ -62,8 +62,8 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
     A question has the `house`, an `episode` to remember it by, `seen` (percepts since the last question, the present
     one last; `moved` where the children have just made a move) and `allowed`, numbers of hazards. An answer has a
     `target`, one of these or null, and may have a `table` for what is carried, and a `reason`. Whatever else comes, or
-    comes late, is an abstention: nothing is protected until the next question. Where thinking is in
-    real time, an answer holds only after as many simulated seconds as it took, and until then the one before.
+    comes late, is an abstention: nothing is protected until the next question. In real time an answer holds only after
+    as many simulated seconds as it took, and until then the one before.
 
     Attributes:
         address: Whom it asks.

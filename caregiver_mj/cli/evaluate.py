@@ -49,7 +49,7 @@ def add_evaluate(command: argparse.ArgumentParser) -> None:
     parsing.add_sight(command)
     command.add_argument("--base-url", metavar="URL", help="where chat:MODEL is; its key is in OPENAI_API_KEY")
     command.add_argument("--max-calls", type=int, metavar="N", help="of models and servers; then they abstain")
-    command.add_argument("--max-tokens", type=int, metavar="N", help="of models: what they cost; likewise")
+    command.add_argument("--max-tokens", type=int, metavar="N", help="tokens of models in all; then they abstain")
     command.add_argument(
         "--thinking", choices=(remote.WAITS, remote.REAL_TIME), help="whether time waits for their answers, or goes on"
     )

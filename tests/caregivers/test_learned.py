@@ -53,6 +53,17 @@ def test_it_thinks_better_of_it_when_the_child_has_moved_or_it_is_done(monkeypat
     assert caregiver.decide(see(3, 1, table=2)).verb == DO_NOTHING
 
 
+def test_it_does_not_think_better_of_it_for_a_trifle(monkeypatch):
+    caregiver = LearnedCaregiver(CORRIDOR)
+    scores = iter([[0, 0, 0, 1.0, 0, 0], [1.4, 0, 0, 1.0, 0, 0], [1.6, 0, 0, 1.0, 0, 0]])
+    monkeypatch.setattr(caregiver, "scores", lambda percept, worlds: np.array([next(scores)]))
+    verbs = []
+    for _ in range(3):
+        caregiver.watch(see(3, 0))
+        verbs += caregiver.decide(see(3, 0)).verb.tolist()
+    assert verbs == [RELOCATE, RELOCATE, BLOCK]
+
+
 def test_what_is_to_be_expected_without_candles():
     values, possible = learned._without_candles(CORRIDOR, LearnedCaregiver(CORRIDOR).pace)
     assert values.shape == (1, 1, 5 * 6, len(possible))
