@@ -4,6 +4,7 @@
     python scripts/train.py --out runs/learned --minutes 2      # to see it work
     python scripts/train.py --out runs/learned --resume
     python scripts/train.py --out runs/learned --judge          # beside the rule and foresight, in houses kept back
+    python scripts/train.py --out runs/learned --judge runs/other --houses test-100    # another run too, elsewhere
 
 Houses come in blocks, each house once. In all houses of a block children walk about while the network of the blocks so
 far decides (in the first block the paper's rule), now and then astray; at some of its decisions `foresight` says how
@@ -27,19 +28,20 @@ if __name__ == "__main__":  # not where it is imported; workers have it from her
 import argparse
 import collections
 import concurrent.futures
-import contextlib
 import csv
 import functools
 import math
 import multiprocessing
 import pathlib
 import time
+from collections.abc import Callable
 
 import numpy as np
 from matplotlib.figure import Figure
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
+from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.foresight.child_model import EPSILONS
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver, each_on_a_table
 from caregiver_mj.caregivers.foresight.options import Cases, Sums
@@ -54,7 +56,8 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.sets import houses_named
 
-HOUSES = ("train-240", "home-train-120", "shapes-train-60")
+HOUSES = "train-100", "home-train-50", "shapes-train-25"
+WEIGHTS = "learned.npz"
 JUDGED = 12  # houses, the first ones, in which none is trained: to choose by
 BLOCK = 8  # houses
 HIDDEN = 64
@@ -65,7 +68,12 @@ ASTRAY, BACK = 0.05, 0.3  # probability, in a timestep, to begin with an option 
 BATCH, RATE, MOST = 512, 2e-3, 3.0  # decisions; step size; damage by which an option is worse, at most
 LOOSE = 0.01  # weight of the entropy of what is drawn, in damage
 PASSES, LAST = 3, 12  # through all data after each block, and in the end
-CAREGIVERS = {"rule": PaperCaregiver, "learned": LearnedCaregiver, "foresight": ForesightCaregiver}
+CAREGIVERS: dict[str, Callable[[FloorPlan], Caregiver | None]] = {
+    "alone": lambda _: None,
+    "rule": PaperCaregiver,
+    "learned": LearnedCaregiver,
+    "foresight": ForesightCaregiver,
+}
 _PARTS = "rows", "worlds", "counts", "damage"  # of what is heard: features, how many options, and damage
 _KINDS = np.float32, np.float32, np.int64, np.float32
 _BETA = 0.9, 0.999, 0.998  # decay of Adam's moments, and of the mean of the weights that is kept
@@ -255,38 +263,68 @@ def regret(net: Weights, data: tuple[np.ndarray, ...]) -> float:
     return float((chosen - np.minimum.reduceat(damage, first)).mean())
 
 
-def judge(name: str, net: Weights | None, who: str, episodes: int = 8) -> tuple[float, float]:
-    """Return the mean damage of an episode in a house over the paper's five novices, and what it took to decide.
+def judge(house: str, nets: list[Weights], who: list[str], episodes: int) -> np.ndarray | None:
+    """Return what some caregivers come to in a house, `learned` with each network; None where foresight cannot plan.
 
-    That is seconds of the processor an episode, with what the caregiver makes for the house.
+    That is, for each of them, the damage in so many episodes of each of the paper's five novices, and last seconds of
+    the processor until the first decision, with what is made for the house, and of an episode after that: (caregivers,
+    5 episodes + 2). The children draw the same with all.
     """
-    plan, took = FloorPlan.load(name), [0.0]
-    caregiver = CAREGIVERS[who](plan)
-    if isinstance(caregiver, LearnedCaregiver):
-        caregiver.net = net
-
-    def timed(method, *given):
-        begun = time.process_time()
-        found = method(*given)
-        took[0] += time.process_time() - begun
-        return found
-
-    for method in "reset", "watch", "decide":
-        setattr(caregiver, method, functools.partial(timed, getattr(caregiver, method)))
-    world = GridWorld(plan, 0.5, caregiver)
-    world.behaviours[0].epsilons = lambda _: np.repeat(EPSILONS, episodes)
+    plan, found = FloorPlan.load(house), []
+    if not _states(plan):
+        return None
     seeds = [*range(episodes)] * len(EPSILONS)
-    ledger = world.run([Tape.draw_family(np.random.RandomState(seed), 1) for seed in seeds])
-    return float(ledger.damage.sum()) / len(seeds), took[0] / len(seeds)
+    every = [(name, net) for name in who for net in (nets if name == "learned" else [None])]
+    for name, net in every:
+        caregiver, took = CAREGIVERS[name](plan), [0.0]  # until each decision
+        if isinstance(caregiver, LearnedCaregiver):
+            caregiver.net = net
+        for method in ("reset", "watch", "decide") if caregiver else ():
+            setattr(caregiver, method, functools.partial(_timed, took, getattr(caregiver, method)))
+        world = GridWorld(plan, 0.5, caregiver)
+        world.behaviours[0].epsilons = lambda _: np.repeat(EPSILONS, episodes)
+        ledger = world.run([Tape.draw_family(np.random.RandomState(seed), 1) for seed in seeds])
+        found.append([*ledger.damage, took[0], sum(took[1:]) / len(seeds)])
+    return np.array(found)
 
 
-def show(names: list[str], net: Weights, whos: list[str], console: Console) -> None:
-    """Print what some caregivers come to in houses, foresight where it can plan."""
-    if "foresight" in whos:
-        names = [name for name in names if _states(FloorPlan.load(name))]
-    for who in whos:
-        damage, took = np.mean([judge(name, net, who) for name in names], axis=0)
-        console.print(f"{who} in {len(names)} other houses: damage {damage:.2f}, {1000 * took:.0f} ms an episode")
+def _timed(took: list[float], method, *given):
+    begun = time.process_time()
+    answer = method(*given)
+    took[-1] += time.process_time() - begun
+    if method.__name__ == "decide":
+        took.append(0.0)
+    return answer
+
+
+def show(found: np.ndarray, who: list[str], console: Console) -> None:
+    """Print what caregivers come to in some houses, (houses, caregivers, ...), of each as `judge` returns it."""
+    damage = found[..., :-2].reshape(*found.shape[:2], len(EPSILONS), -1)[:, :, ::-1]
+    console.print(
+        f"Damage of an episode in {len(found)} houses, {damage.shape[3]} of each novice in each; what is closed of the "
+        "way from the rule to foresight over all novices, with a 95 % interval over houses; seconds of the processor "
+        "until the first decision in a house, and of an episode after that."
+    )
+    rows = [["caregiver", *(f"{epsilon:.0%} random" for epsilon in EPSILONS[::-1]), "closed", "first", "episode"]]
+    rows.append(["---", *["---:"] * (len(rows[0]) - 1)])
+    again = np.random.default_rng(0).integers(len(found), size=(9_999, len(found)))
+
+    def add(name: str, those: list[int]) -> None:
+        mean, (first, then), share = damage[:, those].mean(axis=(0, 1, 3)), found[:, those, -2:].mean(axis=(0, 1)), ""
+        if name.startswith("learned") and "foresight" in who:
+            sums = damage.sum(axis=(2, 3))
+            less, most = (sums[:, who.index("rule")] - sums[:, some].mean(axis=1) for some in (those, [-1]))
+            low, high = np.quantile(less[again].sum(axis=1) / most[again].sum(axis=1), [0.025, 0.975])
+            share = f"{less.sum() / most.sum():.0%} ({low:.0%} to {high:.0%})"
+        rows.append([name, *(f"{value:.2f}" for value in mean), share, f"{first:.2f}", f"{then:.3f}"])
+
+    learned = [i for i, name in enumerate(who) if name.startswith("learned")]
+    for i, name in enumerate(who):
+        add(name, [i])
+    if len(learned) > 1:
+        add("learned, mean", learned)
+    for row in rows:
+        console.print(f"| {' | '.join(row)} |", markup=False, highlight=False, soft_wrap=True)
 
 
 def draw(path: pathlib.Path, rows: list[dict[str, float]]) -> None:
@@ -411,38 +449,61 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--out", type=pathlib.Path, required=True, metavar="DIR", help="where all goes")
     parser.add_argument("--minutes", type=float, default=55.0, help="after so many it comes to an end (default: 55)")
     parser.add_argument("--seed", type=int, default=0, help="of episodes and weights (default: 0)")
-    parser.add_argument("--houses", nargs="+", default=HOUSES, help=f"to learn in (default: {' '.join(HOUSES)})")
+    parser.add_argument(
+        "--houses", nargs="+", metavar="SET", help=f"to learn in (default: {' '.join(HOUSES)}), or judge in"
+    )
     parser.add_argument("--jobs", type=int, default=2, help="processes (default: 2)")
-    parser.add_argument("--judge", action="store_true", help="train no more: judge what is in DIR, beside foresight")
+    parser.add_argument(
+        "--judge", nargs="*", metavar="DIR", help="train no more: judge what is there, beside other runs and foresight"
+    )
+    parser.add_argument("--episodes", type=int, default=8, help="of each novice, to judge in (default: 8)")
     parser.add_argument("--resume", action="store_true", help="go on with the run in DIR")
     given = parser.parse_args(arguments)
-    if any(word in name for name in given.houses for word in ("test", "drawn")):
+    sets, judges = given.houses or HOUSES, given.judge is not None
+    if not judges and any(word in name for name in sets for word in ("test", "drawn")):
         parser.error("--houses must be none to be tested in")
-    if not given.minutes > 0:
-        parser.error(f"--minutes must be positive, got {given.minutes}")
-    if given.out.exists() and any(given.out.iterdir()) and not given.resume | given.judge:
+    if not (given.minutes > 0 and given.episodes > 0):
+        parser.error(f"--minutes and --episodes must be positive, got {given.minutes} and {given.episodes}")
+    if given.out.exists() and any(given.out.iterdir()) and not (given.resume or judges):
         parser.error(f"--out must be empty without --resume, got {given.out}")
+    folders = [given.out, *map(pathlib.Path, given.judge or ())]
+    if missing := [str(folder) for folder in folders if judges and not (folder / WEIGHTS).exists()]:
+        parser.error(f"--judge must be of runs that have {WEIGHTS}, got {' '.join(missing)}")
     given.out.mkdir(parents=True, exist_ok=True)
     console = Console()
     columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
-    names = mixed(given.houses)
-    judged, names = names[:JUDGED], names[JUDGED:] or names
-    kept = given.out / "learned.npz"
-    if given.judge:
-        with np.load(kept) as file:
-            return show(judged, {name: value.astype(float) for name, value in file.items()}, [*CAREGIVERS], console)
-    run = Run(given.out, names, given.seed, given.jobs, given.minutes)
+    every = mixed(sets)
+    houses, who = every if judges and given.houses else every[:JUDGED], [*CAREGIVERS]
     context = multiprocessing.get_context("spawn")
     with (
         concurrent.futures.ProcessPoolExecutor(given.jobs, context) as pool,
         Progress(*columns, console=console) as progress,
     ):
-        net = run.train(pool, progress)
-    _save(kept, {name: value.astype(np.float16) for name, value in net.items()})
-    console.print(f"{kept}: set `LearnedCaregiver.net` to it, or put it into caregiver_mj/caregivers")
-    with contextlib.suppress(KeyboardInterrupt):
-        if run.left() > 0.05 * 60 * given.minutes:
-            show(judged, net, ["rule", "learned"], console)
+        if judges:
+            nets = [_read(folder) for folder in folders]
+        else:
+            run = Run(given.out, every[JUDGED:] or every, given.seed, given.jobs, given.minutes)
+            nets, who = [run.train(pool, progress)], ["rule", "learned"]
+            _save(given.out / WEIGHTS, {name: value.astype(np.float16) for name, value in nets[0].items()})
+            console.print(
+                f"{given.out / WEIGHTS}: set `LearnedCaregiver.net` to it, or put it into caregiver_mj/caregivers"
+            )
+            if run.left() < 0.05 * 60 * given.minutes:
+                return
+        bar, found = progress.add_task("judged", total=len(houses)), []
+        for one in pool.map(functools.partial(judge, nets=nets, who=who, episodes=given.episodes), houses):
+            found += [] if one is None else [one]
+            progress.advance(bar)
+    if not found:
+        raise CaregiverError("houses must have some that foresight can plan, to judge in")
+    at = who.index("learned")
+    named = [f"learned, {folder.name}" for folder in folders] if judges else ["learned"]
+    show(np.array(found), [*who[:at], *named, *who[at + 1 :]], console)
+
+
+def _read(folder: pathlib.Path) -> Weights:
+    with np.load(folder / WEIGHTS) as file:
+        return {name: value.astype(float) for name, value in file.items()}
 
 
 if __name__ == "__main__":
