@@ -35,6 +35,7 @@ class Caregiver(abc.ABC):
         takes_orders: Whether it only passes on what it was told, which leaves no choice to the one who carries it out.
         yields: Whether it steps aside, or follows, where a child bars its way, and keeps out of the children's way when
             there is nothing to do. One that does not stays where it is.
+        needs_pictures: Whether it asks for a percept's `frames`, for which its house must be made: it acts in no grid.
         pace: How long it takes for what it does. Its world enters it before the first `reset` there.
         sight: What it sees children with. Its world enters that likewise.
         followers: Whoever comes after it wherever it goes. It then protects nobody from anything, but stays away from
@@ -45,6 +46,7 @@ class Caregiver(abc.ABC):
 
     takes_orders = False
     yields = True
+    needs_pictures = False
     pace: Pace = PAPER
     sight: Sight = FULL
     followers: Followers | None = None

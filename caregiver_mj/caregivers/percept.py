@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+from collections.abc import Callable
 
 import numpy as np
 
@@ -66,6 +67,8 @@ class Percept:
             cell, and the last move NOTHING. Left out where all are seen, always.
         hears: Whether, with a candle in the hand, it takes notice of stairwells, and puts it down the sooner, (B,).
             Left out where it does not.
+        frames: Draws what cameras see now, in a batch of one: by their names, uint8 (240, 320, 3). They are the robot's
+            `eye` and, where everything is seen, the `overview`. Left out where there are none, as in the grid.
     """
 
     child_cell: np.ndarray
@@ -83,6 +86,7 @@ class Percept:
     under_way: np.ndarray | None = None
     hears: np.ndarray | None = None
     belief: Tracker | None = None
+    frames: Callable[[], dict[str, np.ndarray]] | None = None
 
 
 @dataclasses.dataclass(frozen=True)

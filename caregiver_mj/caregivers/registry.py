@@ -103,7 +103,7 @@ def is_caregiver(found: type[Caregiver] | PolicyMaker) -> TypeGuard[type[Caregiv
 
 
 def needs_pictures(name: str) -> bool:
-    """Return whether a policy of that name renders cameras: what makes it says so by `needs_pictures = True`.
+    """Return whether one of that name looks through cameras: its class, or maker, has `needs_pictures = True`.
 
     Raises:
         CaregiverError: As of `find_caregiver`.

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import abc
+import base64
 import collections
 import contextlib
 import functools
+import hashlib
 import importlib.resources
+import io
 import itertools
 import json
 import math
@@ -35,9 +38,10 @@ if TYPE_CHECKING:
 SCHEMES = "http:", "https:", "chat:"
 # The environment says what holds for all of them in a process, and in its workers: a folder in which every exchange is
 # kept, how many there may be, and of how many tokens (of each process), seconds for an answer, whether time goes on
-# until it comes, and where models are.
+# until it comes, where models are, and whether questions have frames, pictures of the house.
 EXCHANGES, MOST_CALLS, MOST_TOKENS = "CAREGIVER_MJ_EXCHANGES", "CAREGIVER_MJ_MAX_CALLS", "CAREGIVER_MJ_MAX_TOKENS"
 PATIENCE, THINKING, BASE_URL = "CAREGIVER_MJ_PATIENCE", "CAREGIVER_MJ_THINKING", "OPENAI_BASE_URL"
+FRAMES = "CAREGIVER_MJ_FRAMES"
 WAITS, REAL_TIME = "waits", "real-time"
 _PATIENCE = 30.0  # seconds for an answer, by default
 _LARGEST = 1_000_000  # bytes of an answer
@@ -45,6 +49,7 @@ _AT_ONCE = 8  # questions that are under way, of different episodes
 _CELLS = "child_cell", "previous_cell", "caregiver_cell"
 _ROWS = "previous_action", "candle_table", "holding", "out_of_reach", "shut", "gone", "clock", "under_way"
 _NEWS = "child_cell", "candle_table", "candle_cell", "holding", "out_of_reach", "shut", "gone"
+_CAPTIONS = {"eye": "What the robot's camera sees:", "overview": "The house from above, north up:"}
 _SCHEMA = {
     "type": "object",
     "properties": {"target": {"type": ["integer", "null"]}, "reason": {"type": "string"}},
@@ -60,10 +65,11 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
     """Asks somebody elsewhere, in JSON, whenever children or things are no longer as they were when it last asked.
 
     A question has the `house`, an `episode` to remember it by, `seen` (percepts since the last question, the present
-    one last; `moved` where the children have just made a move) and `allowed`, numbers of hazards. An answer has a
-    `target`, one of these or null, and may have a `table` for what is carried, and a `reason`. Whatever else comes, or
-    comes late, is an abstention: nothing is protected until the next question. In real time an answer holds only after
-    as many simulated seconds as it took, and until then the one before.
+    one last; `moved` where the children have just made a move) and `allowed`, numbers of hazards; if it is to have
+    them also `frames`, PNG in base64 by the cameras' names. An answer has a `target`, one of these hazards or null, and
+    may have a `table` for what is carried, and a `reason`. Whatever else comes, or comes late, is an abstention:
+    nothing is protected until the next question. In real time an answer holds only after as many simulated seconds as
+    it took, and until then the one before.
 
     Attributes:
         address: Whom it asks.
@@ -163,12 +169,17 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
         now = self._describe(percept, world)
         if not (seen and now == seen[-1] | now):  # it is what was seen when they had just moved
             seen.append(now)
-        return {
+        question = {
             "house": self._house,
             "episode": self._names[world],
             "seen": seen,
             "allowed": np.flatnonzero(allowed).tolist(),
         }
+        if self.needs_pictures:
+            if percept.frames is None:
+                raise CaregiverError(f"{FRAMES} must be left out where there are no cameras, as in the grid")
+            question["frames"] = {camera: _png(picture) for camera, picture in percept.frames().items()}
+        return question
 
     def _ask(self, question: dict[str, Any]) -> dict[str, Any]:
         """Return the exchange: the question, the answer, and why it is an abstention, or None."""
@@ -177,6 +188,9 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
             problem = f"the budget of {self._most_calls:g} calls is used up"
         elif sum(_tokens) >= self._most_tokens:
             problem = f"the budget of {self._most_tokens:g} tokens is used up"
+        if problem:  # for good: none are seen any more
+            self.needs_pictures = False
+            question.pop("frames", None)
         else:
             try:
                 answer = self.send(question)
@@ -186,10 +200,16 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
         return {"question": question, "answer": answer, "abstention": problem, "seconds": time.time() - start}
 
     def _keep(self, exchanges: list[dict[str, Any]]) -> None:
-        """Write them into the folder that is meant for that."""
-        if folder := os.environ.get(EXCHANGES):
-            pathlib.Path(folder).mkdir(exist_ok=True)
-            with open(pathlib.Path(folder) / f"{os.getpid()}.jsonl", "a", encoding="utf-8") as file:
+        """Write them into the folder that is meant for that, frames as files of their own."""
+        if where := os.environ.get(EXCHANGES):
+            folder = pathlib.Path(where)
+            folder.mkdir(exist_ok=True)
+            for frames in (exchange["question"].get("frames", {}) for exchange in exchanges):
+                for camera, text in frames.items():
+                    content = base64.b64decode(text)
+                    frames[camera] = f"{hashlib.sha256(content).hexdigest()}.png"
+                    (folder / frames[camera]).write_bytes(content)
+            with open(folder / f"{os.getpid()}.jsonl", "a", encoding="utf-8") as file:
                 file.writelines(json.dumps(exchange) + "\n" for exchange in exchanges)
 
     def _problem(self, answer: Any, allowed: Sequence[int]) -> str | None:
@@ -224,9 +244,15 @@ class ChatCaregiver(RemoteCaregiver):
 
     def send(self, question: dict[str, Any]) -> Any:
         form: Any = {"type": "json_schema", "json_schema": {"name": "answer", "strict": True, "schema": _SCHEMA}}
+        content: Any = json.dumps({key: value for key, value in question.items() if key != "frames"})
+        if "frames" in question:
+            content = [{"type": "text", "text": content}]
+            for camera, frame in question["frames"].items():
+                picture = {"url": f"data:image/png;base64,{frame}"}
+                content += [{"type": "text", "text": _CAPTIONS[camera]}, {"type": "image_url", "image_url": picture}]
         given = _chat().chat.completions.create(
             model=self.address,
-            messages=[{"role": "system", "content": _prompt()}, {"role": "user", "content": json.dumps(question)}],
+            messages=[{"role": "system", "content": _prompt()}, {"role": "user", "content": content}],
             response_format=form,
         )
         if given.usage:
@@ -248,6 +274,7 @@ def asking(
     max_calls: int | None = None,
     max_tokens: int | None = None,
     thinking: str | None = None,
+    frames: bool = False,
 ) -> Iterator[Callable[[], str]]:
     """Have questions asked, within, as somebody wants it.
 
@@ -257,6 +284,7 @@ def asking(
         max_calls: How many questions each process may ask.
         max_tokens: How many tokens of models it may use; it asks no more once they are used up.
         thinking: Whether simulated time waits for an answer, or goes on until it has come (`REAL_TIME`).
+        frames: Whether questions have pictures of the house.
 
     Yields:
         A function that says how many have been asked, and how many brought an abstention.
@@ -270,7 +298,7 @@ def asking(
     with tempfile.TemporaryDirectory() as aside:
         folder = pathlib.Path(run or aside) / "exchanges"
         said = {EXCHANGES: str(folder), BASE_URL: base_url, MOST_CALLS: max_calls, MOST_TOKENS: max_tokens}
-        said[THINKING] = thinking
+        said[THINKING], said[FRAMES] = thinking, int(frames) or None
         before = {name: os.environ.get(name) for name in said}
         os.environ.update({name: str(value) for name, value in said.items() if value is not None})
         try:
@@ -301,13 +329,12 @@ def _tally(folder: pathlib.Path) -> str:
     return f"{len(lines)} questions, {problems.total()} abstentions{most}"
 
 
-@functools.lru_cache
 def remote_caregiver(name: str) -> type[Caregiver]:
     """Return the caregiver that asks an address, http://..., or a model, chat:NAME.
 
     Raises:
         MissingExtraError: The client's package is not installed.
-        CaregiverError: The name says no address, or no model.
+        CaregiverError: The name says no address, or no model, or the environment not whether there are frames.
     """
     scheme, _, rest = name.partition(":")
     if not rest.strip("/"):
@@ -318,7 +345,17 @@ def remote_caregiver(name: str) -> type[Caregiver]:
     except ImportError as error:
         raise MissingExtraError(f"caregiver '{name}' needs {error.name}: pip install 'caregiver_mj[chat]'") from None
     kind: type[RemoteCaregiver] = ChatCaregiver if scheme == "chat" else HttpCaregiver
-    return type(kind.__name__, (kind,), {"address": rest if scheme == "chat" else name, "__module__": __name__})
+    traits = {"address": rest if scheme == "chat" else name, "needs_pictures": _said(FRAMES, 0) > 0}
+    return type(kind.__name__, (kind,), {**traits, "__module__": __name__})
+
+
+def _png(picture: np.ndarray) -> str:
+    """Return the PNG file of a picture (height, width, 3) in base64."""
+    from PIL import Image  # here, for most do without
+
+    file = io.BytesIO()
+    Image.fromarray(picture).save(file, "PNG")
+    return base64.b64encode(file.getvalue()).decode()
 
 
 @functools.lru_cache(maxsize=1)

@@ -53,6 +53,7 @@ def add_evaluate(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--thinking", choices=(remote.WAITS, remote.REAL_TIME), help="whether time waits for their answers, or goes on"
     )
+    command.add_argument("--frames", action="store_true", help="they get pictures of the house, too")
     command.add_argument(
         "--episodes", type=int, default=20, metavar="N", help="number of episodes for each caregiver and epsilon"
     )
@@ -64,13 +65,13 @@ def add_evaluate(command: argparse.ArgumentParser) -> None:
 
 
 def _run(arguments: argparse.Namespace) -> None:
-    settings = _settings(arguments)
-    if settings.world == "house" and set(settings.caregivers) - {"none", FLOOR}:
-        for plan in settings.plans:
-            parsing.warn_of_no_room(plan)
     budget = arguments.max_calls, arguments.max_tokens
-    asked = remote.asking(arguments.out, arguments.base_url, *budget, arguments.thinking)
-    with parsing.make_executor(arguments) as executor, asked as tally:
+    asked = remote.asking(arguments.out, arguments.base_url, *budget, arguments.thinking, arguments.frames)
+    with asked as tally, parsing.make_executor(arguments) as executor:
+        settings = _settings(arguments)
+        if settings.world == "house" and set(settings.caregivers) - {"none", FLOOR}:
+            for plan in settings.plans:
+                parsing.warn_of_no_room(plan)
         executor.check(settings.code)
         folder = None
         if arguments.out is not None:

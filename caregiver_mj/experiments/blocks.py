@@ -6,6 +6,7 @@ A row depends on nothing but the settings and its own place in them.
 from __future__ import annotations
 
 import functools
+import os
 import sys
 import time
 from collections.abc import Sequence
@@ -55,7 +56,8 @@ def _make_house(
     return env, make_policy(env, caregiver, seed)
 
 
-_house = functools.lru_cache(maxsize=1)(_make_house)  # blocks of one caregiver and family follow each other
+# Blocks of one caregiver and family follow each other; how a server is asked, the environment says: as it was then.
+_house = functools.lru_cache(maxsize=1)(lambda _, *which: _make_house(*which))
 _WHICH = ("world", "house", "caregiver", "family", "episode", "seed")
 _TYPES = {column.name: column.type for column in COLUMNS}
 _TEXTS = [name for name, kind in _TYPES.items() if kind == "str"]
@@ -146,7 +148,7 @@ def _run_in_house(settings: Settings, plan: FloorPlan, block: Block, seeds: list
     if answers:
         env, policy = _make_house(plan, family, replayed(plan, answers), *which)
     else:
-        env, policy = _house(plan, family, block.caregiver, *which)
+        env, policy = _house(frozenset(os.environ.items()), plan, family, block.caregiver, *which)
     nothing, caregiver = np.zeros(env.action_spec().shape), getattr(policy, "caregiver", None)
     measured, visits, damage, actions = [], [], [], []
     with kept(caregiver) as text:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from caregiver_mj.caregivers.foresight import child_model
-from caregiver_mj.caregivers.registry import CAREGIVERS, find_caregiver, is_caregiver
+from caregiver_mj.caregivers.registry import CAREGIVERS, find_caregiver, is_caregiver, needs_pictures
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.errors import CaregiverError, check_integer, check_kind
@@ -188,6 +188,8 @@ def _check_caregiver(name: str, world: str) -> None:
     found = find_caregiver(name, others=(FLOOR,))
     if world == "grid" and not (found is None or is_caregiver(found)):
         raise CaregiverError(f"world must be house for '{name}', a policy of the robot's actions, got grid")
+    if world == "grid" and needs_pictures(name):
+        raise CaregiverError(f"world must be house for '{name}' with frames, for there are no cameras, got grid")
 
 
 @dataclasses.dataclass(frozen=True)

@@ -14,7 +14,6 @@ from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.visibility import CAMERA_RANGE, CAMERA_WIDTH, PLACES, Sight, seen_from, visibility
 
-_CEILING = 2.4  # metres above the floor, where cameras hang
 _SIDES = np.array([(0.0, 0.0), *ACTIONS])
 # Points of a child's body at which an eye looks, metres from its middle and above the floor: one that it sees will do.
 _HEAD = 0.68
@@ -30,7 +29,7 @@ class Eyes:
     def __init__(self, plan: FloorPlan, sight: Sight):
         self._plan, self._sight = plan, sight
         over = visibility(plan, sight).ceiling if sight.cameras else ()
-        self._ceiling = [np.array([*plan.position(plan.caregiver_cells[cell]), _CEILING]) for cell in over]
+        self._ceiling = [np.array([*plan.position(plan.caregiver_cells[cell]), layout.CEILING]) for cell in over]
         self._cells = np.array([plan.position(cell) for cell in plan.free_cells])
         heads = np.pad(plan.cell_size * PLACES, ((0, 0), (0, 1)), constant_values=_HEAD)
         self._heads = (np.pad(self._cells, ((0, 0), (0, 1)))[:, None] + heads).reshape(-1, 3)

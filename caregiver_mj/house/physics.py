@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -141,6 +142,15 @@ class Physics(OffscreenRendering, engine.Physics):
         for name in names:
             if name not in there:
                 raise CaregiverError(f"no camera '{name}': there are {', '.join(sorted(there))}")
+
+    def frames(self, overview: bool) -> dict[str, np.ndarray]:
+        """Return what the robot's `eye` sees, walls up to the ceiling, and the `overview` if that is wanted, too.
+
+        They are small and without shadows, which take two thirds of the time: by name uint8 (240, 320, 3).
+        """
+        how: dict[str, Any] = {"eye": {"scene_callback": _raise_walls}, **({"overview": {}} if overview else {})}
+        self.check_cameras(how)
+        return {name: self.render(camera_id=name, render_flag_overrides={"shadow": False}, **how[name]) for name in how}
 
     def _make_rendering_contexts(self) -> None:
         if mujoco.mj_name2id(self._raw[0], mujoco.mjtObj.mjOBJ_GEOM, FLOOR) < 0:
@@ -331,6 +341,14 @@ class Physics(OffscreenRendering, engine.Physics):
         if self._warnings.tolist() != warnings:
             with self.check_invalid_state():
                 self._warnings_before[:] = warnings
+
+
+def _raise_walls(physics: engine.Physics, scene: wrapper.MjvScene) -> None:
+    """Have a scene's walls go up to the ceiling."""
+    paint = physics.model.name2id("paint", "material")
+    for geom in scene.geoms:
+        if geom.matid == paint:
+            geom.pos[2] = geom.size[2] = layout.CEILING / 2
 
 
 def _free_things(model: mujoco.MjModel, where: Where) -> tuple[tuple[HazardKind, ...], np.ndarray]:

@@ -24,6 +24,7 @@ from caregiver_mj.plans.hazards import HazardKind, Where
 WALL_THICKNESS = 0.25  # metres, as of a brick wall
 GATE_OPEN, GATE_SHUT = math.radians(78.0), math.radians(1.0)  # how far gates stand open at first; latched, at most
 WALL_HEIGHT = 0.90  # metres; cut low like a doll's house, so that cameras see in
+CEILING = 2.4  # metres above the floor, where cameras hang
 # Sizes that the models have: by name the model, its geom, which number of its size, and how many times that.
 _SIZES = {
     "TABLE_HALF_SIZE": ("table", "top", 0, 1),

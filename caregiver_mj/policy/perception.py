@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
-from collections.abc import Container
+from collections.abc import Callable, Container
 
 import numpy as np
 
@@ -75,12 +75,13 @@ class Perception:
         candle_noise: float = 0.0,
         unsure: float = 0.0,
         sight: Sight = FULL,
+        frames: Callable[[], dict[str, np.ndarray]] | None = None,
     ):
         self._is_full, self._lurking = sight.is_full, Lurking(plan, sight.turns)
         self._pictures = visibility(plan, sight).seen if sight.turns else None
         self._in_view = self._looked = np.ones(len(plan.free_cells), bool)  # now, and when the tracker was told last
         self._tracker: Tracker  # from `reset` on, where not everything is seen
-        self._plan, self._age, self._unsure = plan, age, unsure
+        self._plan, self._age, self._unsure, self._frames = plan, age, unsure, frames
         strays = age * BUMP_SPEED  # by which a child may be elsewhere than was foretold: it has stopped, or turned
         self._smallest_move = (_SMALLEST_MOVE if is_exact else _SMALLEST_SEEN) + strays
         self._clear_distance = _CLEAR_DISTANCE + strays
@@ -296,6 +297,7 @@ class Perception:
             under_way=np.array([under_way]),
             hears=np.array([True]),
             belief=belief,
+            frames=self._frames,
         )
 
     def _caregiver_cell(self, view: View) -> np.ndarray:

@@ -117,6 +117,7 @@ class CaregiverPolicy:
             self._sensing.candle.noise,
             self._senses.unsure,
             info.sight,
+            functools.partial(env.physics.frames, info.sight.is_full),
         )
         if isinstance(self.caregiver, ToldCaregiver) and not info.sight.is_full:
             raise CaregiverError(

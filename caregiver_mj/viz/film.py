@@ -58,7 +58,8 @@ class Studio:
         quality = physics.model.vis.quality
         quality.numquads = 1  # lit by the sun alone, boxes look the same and are drawn faster
         still = physics.model.ptr.camera(camera).bodyid == 0  # the world's
-        if not isinstance(episode.policy, OwnPolicy):  # which may act upon pictures of its own
+        looks = isinstance(episode.policy, OwnPolicy) or (episode.policy and episode.policy.caregiver.needs_pictures)
+        if not looks:  # nobody acts upon pictures
             # As coarse as nobody sees it: without a graphics card most of the time goes into vertices and shadows.
             fineness = _COARSE if still and height <= _COARSE_HEIGHT else _FINE
             quality.numslices, quality.numstacks, quality.shadowsize = fineness

@@ -1,6 +1,9 @@
 """Caregivers that ask a server: one that answers as a caregiver of the package, and one that does all that is wrong."""
 
+import base64
+import hashlib
 import http.server
+import io
 import json
 import threading
 import time
@@ -9,8 +12,10 @@ from types import SimpleNamespace
 import http_caregiver
 import numpy as np
 import pytest
+from PIL import Image
 
 from caregiver_mj.caregivers import remote
+from caregiver_mj.caregivers.answers import kept, replayed
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.caregivers.registry import make_caregiver
@@ -104,7 +109,9 @@ class Handler(http.server.BaseHTTPRequestHandler):
         elif fault in IN_A_CHAT:
             self.say(json.dumps({"choices": IN_A_CHAT[fault]}).encode())
         elif path.endswith("chat/completions"):
-            answer = json.dumps(self.model.answer(json.loads(body["messages"][1]["content"])))
+            content = body["messages"][1]["content"]
+            text = content if isinstance(content, str) else content[0]["text"]
+            answer = json.dumps(self.model.answer(json.loads(text)))
             choice = {"index": 0, "finish_reason": "stop", "message": {"role": "assistant", "content": answer}}
             self.say(json.dumps({"id": "1", "object": "chat.completion", "created": 0, "model": body["model"],
                                  "choices": [choice], "usage": {"prompt_tokens": 90, "completion_tokens": 10,
@@ -178,6 +185,88 @@ def test_it_acts_in_the_house_as_the_rule_does(server):
             timestep = env.step(policy(timestep))
         outcomes.append((env.task.outcome(), env.physics.data.qpos.tolist()))
     assert outcomes[0] == outcomes[1]
+
+
+def in_the_house(caregiver, seconds=12.0, sight="all", visuals=True):
+    """What comes of an episode, and what was answered in it."""
+    env = load("supervise", "paper", 0.5, 4, {"time_limit": seconds}, visuals=visuals, sight=sight)
+    if isinstance(caregiver, str):
+        caregiver = make_caregiver(caregiver, env.task.plan)
+    policy = CaregiverPolicy(env, caregiver)
+    with kept(policy.caregiver) as answers:
+        timestep = env.reset()
+        while not timestep.last():
+            timestep = env.step(policy(timestep))
+    return env.task.outcome() | {"end": env.physics.data.qpos.tolist()}, answers()
+
+
+def picture(text):
+    image = Image.open(io.BytesIO(base64.b64decode(text, validate=True)))
+    assert (image.format, image.size, image.mode) == ("PNG", (320, 240), "RGB")
+    pixels = np.asarray(image).astype(int)
+    assert pixels.std() > 10  # there is something to be seen
+    return pixels
+
+
+@pytest.mark.parametrize("name", ["http", "chat"])
+def test_frames_change_nothing_but_what_is_sent(server, tmp_path, monkeypatch, name):
+    asks = f"{server.address}/judge" if name == "http" else "chat:some-model"
+    without, _ = in_the_house(asks, visuals=False)
+    assert not any("frames" in body or "image_url" in json.dumps(body) for _, body in server.asked)
+    before = len(server.asked)
+    monkeypatch.setenv(remote.EXCHANGES, str(tmp_path))
+    monkeypatch.setenv(remote.FRAMES, "1")
+    with_them, answers = in_the_house(asks)
+    assert with_them == without
+    assert len(server.asked) == 2 * before > 8
+    sent = []
+    for _, body in server.asked[before:]:
+        if name == "http":
+            sent.append(body["frames"])
+        else:
+            parts = body["messages"][1]["content"]
+            assert [part["type"] for part in parts] == ["text", *["text", "image_url"] * 2]
+            assert "frames" not in json.loads(parts[0]["text"])
+            urls = [part["image_url"]["url"].split("data:image/png;base64,") for part in parts[2::2]]
+            sent.append(dict(zip(("eye", "overview"), (text for _, text in urls), strict=True)))
+    eyes, overviews = ([picture(frames[camera]) for frames in sent[::6]] for camera in ("eye", "overview"))
+    for pictures, least in ((eyes, 0.2), (overviews, 0.001)):  # the robot turns; the house stays where it is
+        changed = [(np.abs(one - pictures[0]).max(axis=2) > 30).mean() for one in pictures[1:]]
+        assert max(changed) > least
+    assert np.abs(eyes[0] - overviews[0]).mean() > 30
+    # A line has the names of its pictures, which lie beside it as they were sent.
+    lines = [json.loads(line) for line in next(tmp_path.glob("*.jsonl")).open()]
+    assert all(len(json.dumps(line)) < 10_000 for line in lines)
+    for line, frames in zip(lines, sent, strict=True):
+        files = {camera: (tmp_path / file).read_bytes() for camera, file in line["question"]["frames"].items()}
+        assert files == {camera: base64.b64decode(text) for camera, text in frames.items()}
+        assert list(line["question"]["frames"].values()) == [
+            f"{hashlib.sha256(content).hexdigest()}.png" for content in files.values()
+        ]
+    # And nobody is asked, or looks, when the answers are given again.
+    again, _ = in_the_house(replayed(FloorPlan.load("paper"), answers), visuals=False)
+    assert again == without
+    assert len(server.asked) == 2 * before
+
+
+@pytest.mark.parametrize("sight", ["walls", "camera", "rooms:2"])
+def test_who_does_not_see_everything_gets_no_view_from_above(server, monkeypatch, sight):
+    monkeypatch.setenv(remote.FRAMES, "1")
+    in_the_house(f"{server.address}/judge", 3.0, sight)
+    assert {tuple(body["frames"]) for _, body in server.asked} == {("eye",)}
+
+
+def test_frames_are_refused_where_there_is_no_camera(server, tmp_path, monkeypatch, capsys):
+    command = ["evaluate", "--world", "grid", "--caregiver", "none", server.address, "--frames"]
+    assert main([*command, "--out", str(tmp_path / "run")]) != 0
+    assert f"world must be house for '{server.address}' with frames" in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()
+    monkeypatch.setenv(remote.FRAMES, "1")
+    with pytest.raises(CaregiverError, match="must be left out where there are no cameras"):
+        GridWorld(FloorPlan.load("paper"), 0.5, make_caregiver(server.address, FloorPlan.load("paper"))).run(
+            [episode_tapes(1, 1)]
+        )
+    assert not server.asked
 
 
 def test_a_run_keeps_its_exchanges_and_its_budget(server, tmp_path, capsys):

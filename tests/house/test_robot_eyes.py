@@ -70,6 +70,18 @@ def test_walls_hide_a_child_unless_a_camera_hangs_over_it():
     assert sees(physics, (3.0, 1.5), (-3.0, 1.5, 0.0), "rooms:2")
 
 
+def test_in_a_frame_no_child_is_seen_over_a_wall_as_it_is_where_walls_are_cut_low():
+    physics, frames, pictures = Physics.from_plan(ROOMS), [], []
+    for child in ((4.0, 1.5), (-4.0, 1.5)):  # in the other room, five metres ahead; and behind the robot
+        with physics.reset_context():
+            physics.set_robot(np.array((-1.0, 1.5, 0.0)))
+            physics.named.data.qpos[["toddler/x", "toddler/y"]] = child
+        frames.append(physics.frames(overview=False)["eye"])
+        pictures.append(physics.render(camera_id="eye"))
+    np.testing.assert_array_equal(*frames)
+    assert (pictures[0] != pictures[1]).any()
+
+
 @pytest.mark.parametrize("height", [0.45, 0.60, 0.75])
 def test_a_child_behind_a_table_is_seen_over_its_board_or_between_its_legs(height):
     physics = house(table_heights=np.full(len(ROOMS.tables), height))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import caregiver_mj
+from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.children.family import Family
 from caregiver_mj.envs.recipe import Recipe, prepared
 from caregiver_mj.errors import RenderingError
@@ -57,8 +58,15 @@ def test_a_policy_sees_the_same_in_evaluate_record_and_render(pictures, tmp_path
         np.testing.assert_array_equal(mine, also)
 
 
-def test_it_sees_the_same_while_it_is_filmed():
-    episode = Watched(TINY, Family.of(1.0), f"{HERE}:Seeing").begin()
+class Looking(PaperCaregiver):
+    """Looks at a percept's pictures."""
+
+    needs_pictures = True
+
+
+@pytest.mark.parametrize("who", ["Seeing", "Looking"])
+def test_it_sees_the_same_while_it_is_filmed(who):
+    episode = Watched(TINY, Family.of(1.0), f"{HERE}:{who}").begin()
     pictures = []
     for _ in range(2):
         pictures.append(episode.env.physics.render(240, 320, camera_id="overview").copy())
