@@ -56,7 +56,8 @@ class _Policies(Registry[Any]):
         _check(f"{self.what} '{name}' ({value})", found)
 
 
-PERSON = "person"  # in the place of a caregiver: somebody who plays it in a viewer, and else stands aside
+# In the place of a caregiver: somebody who plays it in a viewer, by what to do or by how to drive.
+PLAYERS = PERSON, DRIVER = "person", "driver"
 RULE = ("expected-danger", "paper")  # the names of the paper's own caregiver
 
 POLICIES: Registry[Any] = _Policies("policy", "caregiver_mj.policies", "", {})
@@ -78,6 +79,8 @@ def find_caregiver(name: str, others: Sequence[str] = ()) -> type[Caregiver] | P
         return remote.remote_caregiver(name)
     if name == PERSON:
         return CommandedCaregiver
+    if name == DRIVER:
+        return named_object("caregiver_mj.policy.own:Teleoperation")  # with MuJoCo, which the grid does without
     if name in CAREGIVERS:
         POLICIES.tell_of_namesakes(name, f"there is a caregiver '{name}'")
         return CAREGIVERS[name]
@@ -92,9 +95,9 @@ def find_caregiver(name: str, others: Sequence[str] = ()) -> type[Caregiver] | P
 
 
 def check_acts_alone(name: str) -> None:
-    """Raise CaregiverError if it is a person, who would stand aside wherever nobody plays."""
-    if name == PERSON:
-        raise CaregiverError(f"caregiver must be one that acts by itself: a {PERSON} plays in `caregiver-mj view`")
+    """Raise CaregiverError if it is a person or driver, who would stand aside wherever nobody plays."""
+    if name in PLAYERS:
+        raise CaregiverError(f"caregiver must be one that acts by itself: a {name} plays in `caregiver-mj view`")
 
 
 def is_caregiver(found: type[Caregiver] | PolicyMaker) -> TypeGuard[type[Caregiver]]:

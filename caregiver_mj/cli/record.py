@@ -9,7 +9,7 @@ import pathlib
 import re
 from typing import TYPE_CHECKING
 
-from caregiver_mj.caregivers.registry import PERSON, find_caregiver
+from caregiver_mj.caregivers.registry import PLAYERS, find_caregiver
 from caregiver_mj.children.family import NOVICE
 from caregiver_mj.cli import parsing
 from caregiver_mj.errors import CaregiverError
@@ -77,8 +77,10 @@ def _run(arguments: argparse.Namespace) -> None:
 
     if arguments.caregiver != RANDOM and find_caregiver(arguments.caregiver) is None:
         raise CaregiverError(f"caregiver must be one that acts, got '{arguments.caregiver}'")
-    if arguments.caregiver == PERSON and not answers:
-        raise CaregiverError(f"caregiver '{PERSON}' must be with --answers DIR, one that `caregiver-mj view` has kept")
+    if arguments.caregiver in PLAYERS and not answers:
+        raise CaregiverError(
+            f"caregiver '{arguments.caregiver}' must be with --answers DIR, one that `caregiver-mj view` has kept"
+        )
     recipe = Recipe(
         task=arguments.task,
         plan=plan,

@@ -14,7 +14,7 @@ import threading
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
-from caregiver_mj.caregivers.registry import PERSON, find_caregiver
+from caregiver_mj.caregivers.registry import PLAYERS, find_caregiver
 from caregiver_mj.cli import parsing
 from caregiver_mj.cli.runs import output, print_table
 from caregiver_mj.errors import CaregiverError, RenderingError
@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from caregiver_mj.viz.episode import Episode, Watched
     from caregiver_mj.viz.viewers.web import WebViewer
     from caregiver_mj.viz.viewers.window import Window
+
+_PLAYERS = " or ".join(PLAYERS)
 
 
 def add_render(command: argparse.ArgumentParser) -> None:
@@ -55,9 +57,9 @@ def add_view(command: argparse.ArgumentParser) -> None:
         "Show an episode of the run that `evaluate` does with the same seed, children and caregiver: in a window of "
         "MuJoCo's, or in a browser. Ctrl-C ends it."
     )
-    parsing.add_who(command, "foresight", f"who acts: {PERSON}, who plays with the keys that are shown, ")
+    parsing.add_who(command, "foresight", f"who acts: {_PLAYERS}, who play with the keys that are shown, ")
     parsing.add_episode(command)
-    command.add_argument("--out", metavar="DIR", help=f"run to keep the episodes of a {PERSON} in")
+    command.add_argument("--out", metavar="DIR", help=f"run to keep the episodes of a {_PLAYERS} in")
     command.add_argument("--speed", type=float, default=1.0, help="simulated seconds a second")
     command.add_argument("--paused", action="store_true", help="begin paused")
     command.add_argument("--web", action="store_true", help="show it in a browser (needs the extra `web`)")
@@ -98,10 +100,11 @@ def _view(arguments: argparse.Namespace) -> None:
     family = parsing.read_family(arguments.epsilon, arguments)
     find_caregiver(arguments.caregiver)
     damage = DamageWeights.of(arguments.damage)
-    if arguments.caregiver == PERSON and arguments.sight != "all":
-        raise CaregiverError(f"sight must be all with a {PERSON}, who sees the whole house, got {arguments.sight}")
-    if arguments.out is not None and (arguments.caregiver != PERSON or arguments.episode):
-        raise CaregiverError(f"--out must be with --caregiver {PERSON}, and without --episode, for the next one is")
+    who = arguments.caregiver
+    if who in PLAYERS and arguments.sight != "all":
+        raise CaregiverError(f"sight must be all with a {who}, who sees the whole house, got {arguments.sight}")
+    if arguments.out is not None and (who not in PLAYERS or arguments.episode):
+        raise CaregiverError(f"--out must be with --caregiver {_PLAYERS}, and without --episode, for the next one is")
     if not 0.1 <= arguments.rate <= 120:
         raise CaregiverError(f"rate must be in 0.1 to 120, got {arguments.rate}")
     if not 0 <= arguments.port <= 65535:
@@ -150,9 +153,10 @@ def _view(arguments: argparse.Namespace) -> None:
 
 def _next_of_run(arguments: argparse.Namespace, watched: Watched) -> tuple[Watched, Callable[[Watched, Episode], None]]:
     """Return the next episode of the run in --out, and what keeps it there once it is over, beside that with nobody."""
-    plan, played = parsing.read_house(arguments), pathlib.Path(arguments.out, "episodes").glob(f"{PERSON}_*.json")
+    plan, who = parsing.read_house(arguments), watched.caregiver
+    played = pathlib.Path(arguments.out, "episodes").glob(f"{who}_*.json")
     number, file = len([*played]), "" if arguments.house == plan.name else arguments.house
-    run = functools.partial(Settings, (plan,), "house", ("none", PERSON), (watched.family,), seed=watched.seed)
+    run = functools.partial(Settings, (plan,), "house", ("none", who), (watched.family,), seed=watched.seed)
     run = functools.partial(run, embodiment=watched.embodiment, file=file)
     RunFolder(arguments.out, run(episodes=max(1, number)).record(), resume=True)  # says now what is wrong
     first = dataclasses.replace(watched, number=number)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -17,6 +18,10 @@ from caregiver_mj.house.task_info import TaskInfo
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.registry import check_call, errors_of
+from caregiver_mj.robot.feedback import FollowedVelocity
+
+_NOTCHES, _TURN = 4, math.pi / 4  # to its top speed; radians a press
+_YAW_GAIN = 3.0  # from error of heading to rate of turning, 1/s: about the most that does not overshoot
 
 
 class OwnPolicy:
@@ -24,6 +29,7 @@ class OwnPolicy:
 
     Attributes:
         name: What it goes by.
+        policy: What somebody has made.
     """
 
     # It says nothing of what it is about, nor why.
@@ -46,12 +52,12 @@ class OwnPolicy:
         if info.embodiment is None:
             raise CaregiverError(f"env must have a robot for '{name}' to act with, got none")
         check_call(f"'{name}'", make, env)
-        self.name, self._task, self._policy = name, env.task, make(env)
+        self.name, self._task, self.policy = name, env.task, make(env)
         self._size = info.embodiment.layout.size
-        if not callable(self._policy):
+        if not callable(self.policy):
             raise CaregiverError(
                 f"'{name}' must make a policy of an environment, which answers a time step with an action; "
-                f"got {type(self._policy).__name__}"
+                f"got {type(self.policy).__name__}"
             )
 
     def __call__(self, timestep: dm_env.TimeStep) -> np.ndarray:
@@ -60,13 +66,13 @@ class OwnPolicy:
         Raises:
             CaregiverError: The policy's answer is none.
         """
-        if timestep.first() and (reset := getattr(self._policy, "reset", None)):
+        if timestep.first() and (reset := getattr(self.policy, "reset", None)):
             reset(self._task.info.caregiver_seed)
         where = f"in house '{self._task.info.plan.name}' (is it a policy for another one?)"
         with errors_of(f"'{self.name}'", where, but=control.PhysicsError):
-            action = self._policy(timestep)
+            action = self.policy(timestep)
         try:
-            numbers = np.asarray(action, float)
+            numbers = np.array(action, float)  # a copy: some answer with one array again and again
         except (TypeError, ValueError):
             numbers = np.empty(0)
         if numbers.shape != (self._size,) or not np.isfinite(numbers).all():
@@ -76,7 +82,55 @@ class OwnPolicy:
     @property
     def activity(self) -> str:
         """What the robot is doing, in words, if the policy has an `activity` that says it; else whose doing it is."""
-        return str(getattr(self._policy, "activity", self.name))
+        return str(getattr(self.policy, "activity", self.name))
+
+
+class Teleoperation:
+    """A policy that somebody plays by keys, which drive the base; arm and gripper stay as they are.
+
+    It keeps the base's limits. To keep off walls and children is left to who presses the keys.
+
+    Attributes:
+        activity: How fast the base is to go.
+    """
+
+    def __init__(self, env: control.Environment):
+        self._robot, self._timestep = env.task.info.embodiment, env.control_timestep()
+        self._action = np.zeros(self._robot.layout.size)
+
+    def reset(self, seed: int) -> None:
+        """Begin an episode at rest."""
+        limits, self._notch, self._heading = self._robot.limits, 0, 0.0
+        self._velocity = FollowedVelocity(limits.base, self._timestep)
+        self._turning = FollowedVelocity(limits.yaw, self._timestep)
+
+    @property
+    def keys(self) -> list[tuple[str, str, str]]:
+        """Each key, what it does, and a "<" for each notch of the speed."""
+        n = self._notch
+        speeds = ("0", "stop", "<" * (n == 0)), ("I", "faster ahead", "<" * n), ("K", "slower, then back", "<" * -n)
+        return [*speeds, ("J", "turn left", ""), ("L", "turn right", "")]
+
+    def press(self, key: str) -> None:
+        """Do what one of the keys says, from the next action on; others do nothing."""
+        says = {"0": (-self._notch, 0), "I": (1, 0), "K": (-1, 0), "J": (0, 1), "L": (0, -1)}
+        if key in says:
+            faster, left = says[key]
+            self._notch = min(_NOTCHES, max(-_NOTCHES, self._notch + faster))
+            self._heading = _TURN * (round(self._heading / _TURN) + left)  # along a wall, or across
+
+    def __call__(self, timestep: dm_env.TimeStep) -> np.ndarray:
+        """Answer a time step with an action."""
+        seen, layout, limits = timestep.observation, self._robot.layout, self._robot.limits
+        if timestep.first():
+            self._heading = float(seen["base_position"][2])
+            self._action[layout.arm], self._action[layout.gripper] = seen["arm_position"], seen["finger_position"][0]
+        speed, yaw, most = limits.base.velocity * self._notch / _NOTCHES, self._heading, limits.yaw.velocity
+        turn = min(most, max(-most, _YAW_GAIN * (yaw - float(seen["base_position"][2]))))
+        ahead = self._velocity.follow((speed * math.cos(yaw), speed * math.sin(yaw)), goes_on=False)
+        self._action[layout.base] = *ahead, self._turning.follow((turn, 0.0), goes_on=False)[0]
+        self.activity = f"drive at {speed:.2f} m/s"
+        return self._action
 
 
 def make_policy(

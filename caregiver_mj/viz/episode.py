@@ -9,7 +9,7 @@ import shlex
 
 import numpy as np
 
-from caregiver_mj.caregivers.answers import kept
+from caregiver_mj.caregivers.answers import kept, packed
 from caregiver_mj.caregivers.percept import Assessment
 from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError, check_integer
@@ -36,7 +36,6 @@ class Episode:
         policy: The caregiver's, which acts in it, or None without a robot.
         family: The children in it, as they are to be called.
         foresees: Whether what the caregiver thinks may be coming is shown.
-        answers: Returns what the caregiver has answered so far, for a replay.
     """
 
     def __init__(
@@ -53,7 +52,8 @@ class Episode:
         """
         self.env, self.policy, self.family, self.foresees = env, policy, family, foresees
         self._keeping = kept(getattr(policy, "caregiver", None))
-        self.answers = self._keeping.__enter__()  # for as long as there is the episode
+        self._answers = self._keeping.__enter__()  # for as long as there is the episode
+        self._actions: list[np.ndarray] = []  # of a policy that is no caregiver's
         self._timestep = env.reset()
         self._action = self._decide()
         self._steps = 0
@@ -79,6 +79,10 @@ class Episode:
             self._steps += 1
         self._trails.append(self._children())
         return True
+
+    def answers(self) -> str:
+        """Return what the caregiver or policy has answered so far, for a replay."""
+        return packed(actions=np.array(self._actions)) if self._actions else self._answers()
 
     @property
     def seconds(self) -> float:
@@ -121,7 +125,10 @@ class Episode:
     def _decide(self) -> np.ndarray:
         if self.policy is None:
             return np.zeros(self.env.action_spec().shape)
-        return self.policy(self._timestep)
+        action = self.policy(self._timestep)
+        if isinstance(self.policy, OwnPolicy):
+            self._actions.append(action)
+        return action
 
     def _children(self) -> np.ndarray:
         return moment.child_positions(self._timestep.observation, self.env.physics)

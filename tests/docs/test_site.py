@@ -13,7 +13,7 @@ import pytest
 import tables
 from PIL import Image
 
-from caregiver_mj.caregivers.registry import CAREGIVERS, PERSON
+from caregiver_mj.caregivers.registry import CAREGIVERS, PLAYERS
 from caregiver_mj.children.family import CHILDREN
 from caregiver_mj.experiments.settings import FLOOR
 from caregiver_mj.interventions.verb import VERBS
@@ -79,7 +79,8 @@ def test_scores_are_those_of_the_code():
 
 
 @pytest.mark.parametrize(
-    ("page", "names"), [("caregivers", [*CAREGIVERS, FLOOR, PERSON]), ("children", CHILDREN), ("interventions", VERBS)]
+    ("page", "names"),
+    [("caregivers", [*CAREGIVERS, FLOOR, *PLAYERS]), ("children", CHILDREN), ("interventions", VERBS)],
 )
 def test_everything_that_has_a_name_is_explained(page, names):
     text = (DOCS / "guide" / f"{page}.md").read_text("utf-8")

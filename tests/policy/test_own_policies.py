@@ -104,7 +104,10 @@ def test_a_policy_of_actions_is_made_for_its_environment_and_told_the_seed():
     for _ in range(2):
         timestep = env.reset()
         while not timestep.last():
-            timestep = env.step(policy(timestep))
+            action = policy(timestep)
+            timestep = env.step(action)
+            action += 1.0
+    assert not made[0].action.any()  # which is its own
     assert (len(made), len(set(made[0].seeds))) == (1, 2)
     assert isinstance(make_policy(env, f"{HERE}:Still"), OwnPolicy)
     assert isinstance(make_policy(env, f"{HERE}:Last"), CaregiverPolicy)

@@ -1,10 +1,15 @@
-"""A person who plays the caregiver: keys, what the robot makes of them, and that the episode is kept as a run."""
+"""A person who plays the caregiver or drives: keys, what the robot makes of them, and that an episode is kept."""
 
+import math
+
+import numpy as np
 import pandas as pd
 import pytest
 
 from caregiver_mj import cli
+from caregiver_mj.caregivers.answers import replayed, unpacked
 from caregiver_mj.children.family import Family
+from caregiver_mj.experiments.settings import episode_random, episode_seed
 from caregiver_mj.experiments.submission import read_submission
 from caregiver_mj.viz.episode import Watched
 from caregiver_mj.viz.viewers.session import Session
@@ -56,8 +61,50 @@ def test_the_robot_goes_where_keys_say(house):
     assert not session.targets
 
 
+@pytest.mark.parametrize("robot", ["mobile_fr3", "mobile_ur5e"])
+def test_keys_drive_the_base(house, robot):
+    session = played(house, caregiver="driver", embodiment=robot)
+    env, limits = session.episode.env, session.episode.env.task.embodiment.limits
+
+    def pose_after(seconds, keys):
+        for key in keys:
+            window.press(session, ord(key))
+        session.step(seconds)
+        return session.episode.hud_state(1).robot
+
+    start = pose_after(0.0, "")
+    assert pose_after(0.5, "129AM~") == pytest.approx(start, abs=1e-3)
+    x, y, yaw = pose_after(1.5, "IKKK")  # back and to the north, from the table that it faces
+    assert (yaw, x) == pytest.approx((-math.pi / 2, start[0]), abs=0.02)
+    assert env.physics.named.data.qvel["robot/base_y"] == pytest.approx(limits.base.velocity / 2, rel=0.02)
+    assert session.targets[2] == ("K", "slower, then back", "<<")
+    assert "drive at" in window.texts(session.episode.hud_state(1), session)[1]
+    assert start[1] < y < pose_after(2.0, "0JJJ")[1]  # it brakes
+    rest = pose_after(1.0, "")
+    assert pose_after(1.0, "") == pytest.approx(rest, abs=0.01)
+    assert rest[2] == pytest.approx(math.pi / 4, abs=0.01)
+    pose_after(1.0, "IIIIIIIII")
+    assert session.targets[1][2] == "<<<<"
+    # Never beyond what the base can follow.
+    actions = np.array(unpacked(session.episode.answers())["actions"])
+    changes = np.diff(actions[:, :3], axis=0) / env.control_timestep()
+    for told, bounds in ((changes[:, :2], limits.base), (changes[:, 2:], limits.yaw)):
+        assert 0.9 * bounds.acceleration < np.linalg.norm(told, axis=1).max() < 1.001 * bounds.acceleration
+        jerks = np.linalg.norm(np.diff(told, axis=0), axis=1) / env.control_timestep()
+        assert jerks.max() < 1.001 * bounds.jerk
+    assert (actions[:, 3:] == actions[0, 3:]).all()
+    # The same again, bit for bit.
+    again = played(house, caregiver="driver", embodiment=robot).episode.env
+    again.task.reseed(episode_random(episode_seed(4, 0)))
+    policy, timestep = replayed(env.task.plan, session.episode.answers()), again.reset()
+    while again.physics.time() < env.physics.time():
+        timestep = again.step(policy(timestep))
+    assert (again.physics.data.qpos == env.physics.data.qpos).all()
+
+
 @pytest.mark.slow
-def test_episodes_are_kept_as_a_run_and_can_be_submitted(house, tmp_path, monkeypatch, capsys):
+@pytest.mark.parametrize(("who", "keys"), [("person", "12"), ("driver", "KJ")])
+def test_episodes_are_kept_as_a_run_and_can_be_submitted(who, keys, house, tmp_path, monkeypatch, capsys):
     seen = []
 
     class Fingers:
@@ -69,7 +116,7 @@ def test_episodes_are_kept_as_a_run_and_can_be_submitted(house, tmp_path, monkey
         def run(self):
             seen.append(self._session.watched.number)
             if seen == [0]:
-                for key in ("1", "2"):
+                for key in keys:
                     window.press(self._session, ord(key))
                     self._session.step(50.0)
                 self._session.step(400.0)
@@ -82,19 +129,22 @@ def test_episodes_are_kept_as_a_run_and_can_be_submitted(house, tmp_path, monkey
     monkeypatch.setattr(window, "Window", Fingers)
     run, entry = tmp_path / "run", str(tmp_path / "me.submission")
     for _ in range(2):
-        assert cli.main([*PLAYS, "--house", house, "--epsilon", "1", "--out", str(run), "--paused"]) == 0
+        assert (
+            cli.main(["view", "--caregiver", who, "--house", house, "--epsilon", "1", "--out", str(run), "--paused"])
+            == 0
+        )
     first, outcome, second = seen
     assert (first, second) == (0, 1)
-    rows = pd.read_parquet(run / "episodes.parquet").set_index("caregiver").loc[["none", "person"]]
+    rows = pd.read_parquet(run / "episodes.parquet").set_index("caregiver").loc[["none", who]]
     assert rows.interventions.tolist() == [0, outcome["interventions"]]
-    assert {key: rows[key]["person"] for key in PAID} == {key: outcome[key] for key in PAID}
+    assert {key: rows[key][who] for key in PAID} == {key: outcome[key] for key in PAID}
     again = ["--episodes", "1", "--out", str(run), "--resume"]
     assert cli.main(["submit", str(run), "--out", entry]) == 0
     assert sum(map(len, read_submission(entry).results)) == 2
-    assert cli.main(["evaluate", "--house", house, "--epsilon", "1", "--caregiver", "none", "person", *again]) == 0
+    assert cli.main(["evaluate", "--house", house, "--epsilon", "1", "--caregiver", "none", who, *again]) == 0
     assert cli.main(["report", str(run), "--render"]) == 2
-    assert "a person plays in" in capsys.readouterr().err
-    record = ["record", "--format", "lerobot", "--answers", str(run), "--caregiver", "person", "--seconds", "0.2"]
+    assert f"a {who} plays in" in capsys.readouterr().err
+    record = ["record", "--format", "lerobot", "--answers", str(run), "--caregiver", who, "--seconds", "0.2"]
     assert cli.main([*record, "--out", str(tmp_path / "set")]) == 0
     assert len(pd.read_parquet(tmp_path / "set" / "data/chunk-000/file-000.parquet")) == 10
 
@@ -103,10 +153,16 @@ def test_episodes_are_kept_as_a_run_and_can_be_submitted(house, tmp_path, monkey
     ("command", "problem"),
     [
         ([*PLAYS, "--sight", "walls"], "sight must be all with a person"),
-        ([*PLAYS, "--out", "run", "--episode", "2"], "--out must be with --caregiver person, and without --episode"),
-        (["view", "--out", "run"], "--out must be with --caregiver person"),
+        (
+            [*PLAYS, "--out", "run", "--episode", "2"],
+            "--out must be with --caregiver person or driver, and without --episode",
+        ),
+        (["view", "--out", "run"], "--out must be with --caregiver person or driver"),
         (["record", "--format", "lerobot", "--caregiver", "person", "--out", "set"], "must be with --answers DIR"),
         (["evaluate", "--caregiver", "none", "person", "--out", "run"], "acts by itself: a person plays"),
+        (["evaluate", "--caregiver", "none", "driver", "--out", "run"], "acts by itself: a driver plays"),
+        (["view", "--caregiver", "driver", "--sight", "walls"], "sight must be all with a driver"),
+        (["record", "--format", "lerobot", "--caregiver", "driver", "--out", "set"], "must be with --answers DIR"),
         (["render", "--caregiver", "person", "--out", "film.mp4"], "acts by itself: a person plays"),
     ],
 )

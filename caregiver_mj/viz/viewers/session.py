@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from caregiver_mj.caregivers.registry import PERSON
+from caregiver_mj.caregivers.registry import DRIVER, PERSON
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.viz.episode import Episode, Watched
@@ -115,10 +115,12 @@ class Session:
 
     @property
     def targets(self) -> list[tuple[str, str, str]]:
-        """What a person who plays can choose, first nothing more: its key, its name, and how that fares."""
+        """What who plays can choose, first nothing more: its key, its name, and how that fares."""
+        policy: Any = self.episode.policy
+        if self.watched.caregiver == DRIVER:
+            return policy.policy.keys
         if self.watched.caregiver != PERSON:
             return []
-        policy: Any = self.episode.policy
         names = "nothing more", *map(str, policy.plan.hazards)
         chosen = int(policy.caregiver.targets[0])
         # It waits until it is asked next, and while nothing can be done about its choice, or nothing is to be gained.
@@ -127,9 +129,11 @@ class Session:
         return [(key, name, mark if number == chosen else "") for number, (key, name) in choices]
 
     def choose(self, key: str) -> None:
-        """Have a person's caregiver do what a key stands for, from when it is next asked; other keys do nothing."""
-        if 0 <= (number := KEYS.find(key)) < len(self.targets):
-            policy: Any = self.episode.policy
+        """Have the caregiver of who plays do what a key stands for, from when it is next asked; others do nothing."""
+        policy: Any = self.episode.policy
+        if self.watched.caregiver == DRIVER:
+            policy.policy.press(key)
+        elif 0 <= (number := KEYS.find(key)) < len(self.targets):
             policy.caregiver.targets[:] = number + NOTHING
 
     def restart(self) -> None:

@@ -10,7 +10,7 @@ import jinja2
 import viser
 
 from caregiver_mj.caregivers.percept import HORIZON
-from caregiver_mj.caregivers.registry import CAREGIVERS, PERSON, POLICIES
+from caregiver_mj.caregivers.registry import CAREGIVERS, DRIVER, PLAYERS, POLICIES
 from caregiver_mj.children.family import CHILDREN, NOVICE, Family
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.errors import CaregiverError
@@ -88,7 +88,7 @@ class Panel:
         self._seed.value, self._number.value = watched.seed, watched.number or 0  # type: ignore[misc]
         command = html.escape(f"caregiver-mj render {watched.options()} --out film.mp4")
         self._same.content = f'<div style="{_NOTE}">A film of it: <code class="same">{command}</code></div>'
-        self._same.visible = watched.caregiver != PERSON
+        self._same.visible = watched.caregiver not in PLAYERS
 
     # -- What there is ---------------------------------------------------------------------------
 
@@ -105,12 +105,14 @@ class Panel:
         self._floor = gui.add_checkbox("Danger foreseen", True, hint="On the floor, if the caregiver looks ahead")
 
     def _add_targets(self) -> None:
-        """What a person who plays can choose: buttons, and the keys that they begin with."""
+        """What who plays can choose: buttons, and the keys that they begin with."""
         gui, session, self._nobody = self._gui, self._session, ("",)
-        self._targets = gui.add_button_group("Protect from", self._nobody, visible=False)
+        drives = session.watched.caregiver == DRIVER
+        what = "Drive" if drives else "Protect from"
+        self._targets = gui.add_button_group(what, self._nobody, visible=False)
         self._targets.on_click(lambda event: self._choose(event.target.value[:1]))
-        for key in KEYS if session.targets else ():
-            command = gui.add_command(f"Protect from {key}", hotkey=key)  # type: ignore[arg-type]  # it is one
+        for key in KEYS if session.targets and not drives else [key for key, *_ in session.targets]:
+            command = gui.add_command(f"{what} {key}", hotkey=key)  # type: ignore[arg-type]  # it is one
             command.on_trigger(functools.partial(self._choose, key))
 
     def _choose(self, key: str, event: object = None) -> None:

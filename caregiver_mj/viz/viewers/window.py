@@ -14,6 +14,7 @@ import glfw
 import mujoco
 import mujoco.viewer
 
+from caregiver_mj.caregivers.registry import PERSON
 from caregiver_mj.errors import RenderingError
 from caregiver_mj.viz.cameras import draw_label, draw_tiles
 from caregiver_mj.viz.forecast import place_of
@@ -70,7 +71,8 @@ class Window:
             raise RenderingError(f"no window can be opened ({error}): `caregiver-mj view --web` needs none") from None
         self._drawing = set(threading.enumerate()) - before
         with self._viewer.lock():
-            self._groups, self._flags = self._viewer.opt.geomgroup.copy(), self._viewer.opt.flags.copy()
+            option, scene = self._viewer.opt, self._viewer.user_scn
+            self._flags = [(flags, flags.copy()) for flags in (option.geomgroup, option.flags, scene.flags)]
             self._viewer.cam.type = mujoco.mjtCamera.mjCAMERA_FREE
             place, ahead, distance = session.episode.overview()
             self._viewer.cam.lookat[:], self._viewer.cam.distance = place + distance * ahead, distance
@@ -96,7 +98,9 @@ class Window:
             draw_tiles(self._viewer.user_scn, raised)
             state = episode.hud_state(trail_length=1)
             if self.session.targets:  # whose keys are the viewer's own, too, and would hide things
-                self._viewer.opt.geomgroup[:], self._viewer.opt.flags[:] = self._groups, self._flags
+                for flags, before in self._flags:
+                    flags[:] = before
+            if self.session.watched.caregiver == PERSON:
                 for number, (key, *_) in enumerate(self.session.targets[1:]):
                     draw_label(self._viewer.user_scn, key, place_of(state.plan, number, state.candles))
         names, values = texts(state, self.session)
