@@ -88,21 +88,17 @@ class OwnPolicy:
 class Teleoperation:
     """A policy that somebody plays by keys, which drive the base; arm and gripper stay as they are.
 
-    It keeps the base's limits. To keep off walls and children is left to who presses the keys.
+    It keeps the base's limits. To keep off walls and children is left to whoever presses the keys.
 
     Attributes:
         activity: How fast the base is to go.
     """
 
+    _notch, _heading = 0, 0.0
+
     def __init__(self, env: control.Environment):
         self._robot, self._timestep = env.task.info.embodiment, env.control_timestep()
         self._action = np.zeros(self._robot.layout.size)
-
-    def reset(self, seed: int) -> None:
-        """Begin an episode at rest."""
-        limits, self._notch, self._heading = self._robot.limits, 0, 0.0
-        self._velocity = FollowedVelocity(limits.base, self._timestep)
-        self._turning = FollowedVelocity(limits.yaw, self._timestep)
 
     @property
     def keys(self) -> list[tuple[str, str, str]]:
@@ -120,13 +116,16 @@ class Teleoperation:
             self._heading = _TURN * (round(self._heading / _TURN) + left)  # along a wall, or across
 
     def __call__(self, timestep: dm_env.TimeStep) -> np.ndarray:
-        """Answer a time step with an action."""
+        """Answer a time step with an action; the first one begins an episode, at rest."""
         seen, layout, limits = timestep.observation, self._robot.layout, self._robot.limits
+        here = float(seen["base_position"][2])
         if timestep.first():
-            self._heading = float(seen["base_position"][2])
+            self._notch, self._heading = 0, here
+            self._velocity = FollowedVelocity(limits.base, self._timestep)
+            self._turning = FollowedVelocity(limits.yaw, self._timestep)
             self._action[layout.arm], self._action[layout.gripper] = seen["arm_position"], seen["finger_position"][0]
         speed, yaw, most = limits.base.velocity * self._notch / _NOTCHES, self._heading, limits.yaw.velocity
-        turn = min(most, max(-most, _YAW_GAIN * (yaw - float(seen["base_position"][2]))))
+        turn = min(most, max(-most, _YAW_GAIN * (yaw - here)))
         ahead = self._velocity.follow((speed * math.cos(yaw), speed * math.sin(yaw)), goes_on=False)
         self._action[layout.base] = *ahead, self._turning.follow((turn, 0.0), goes_on=False)[0]
         self.activity = f"drive at {speed:.2f} m/s"

@@ -36,10 +36,11 @@ def house(tmp_path_factory):
 
 
 @pytest.fixture
-def process(house):
+def process(house, request):
     """The command at work, and where it serves."""
+    who = getattr(request, "param", "foresight")
     command = [sys.executable, "-m", "caregiver_mj", "view", "--web", "--port", "0", "--house", house]
-    options = ["--caregiver", "foresight", "--speed", "5", "--rate", "2", "--plain"]
+    options = ["--caregiver", who, "--speed", "5", "--rate", "2", "--plain"]
     with subprocess.Popen([*command, *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         first = process.stdout.readline()
         found = re.match(r"http://127\.0\.0\.1:\d+", first)
@@ -94,6 +95,21 @@ def test_the_page_in_a_browser(process, tmp_path):
     process.send_signal(signal.SIGTERM)
     out, err = process.communicate(timeout=PATIENCE)
     assert (process.returncode, out, err) == (0, "", "closed\n")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("process", ["driver"], indirect=True)
+def test_keys_drive_in_a_browser(process, tmp_path):
+    _, url = process
+    with chromium(tmp_path, "--window-size=640,480", "--enable-unsafe-swiftshader") as browser:
+        wait_for = Patience(browser)
+        browser.get(url)
+        wait_for.press("Pause")
+        wait_for(lambda: wait_for.texts("told") == ["Paused."])
+        browser.find_element("xpath", "//body").send_keys("k")
+        wait_for.press("K slower, then back <")
+        wait_for.press("0.02 s")
+        wait_for(lambda: "drive at -0.67 m/s" in browser.find_element("xpath", "//body").text)
 
 
 class Patience:

@@ -107,11 +107,10 @@ class Panel:
     def _add_targets(self) -> None:
         """What who plays can choose: buttons, and the keys that they begin with."""
         gui, session, self._nobody = self._gui, self._session, ("",)
-        drives = session.watched.caregiver == DRIVER
-        what = "Drive" if drives else "Protect from"
+        what = "Drive" if session.watched.caregiver == DRIVER else "Protect from"
         self._targets = gui.add_button_group(what, self._nobody, visible=False)
         self._targets.on_click(lambda event: self._choose(event.target.value[:1]))
-        for key in KEYS if session.targets and not drives else [key for key, *_ in session.targets]:
+        for key in KEYS if session.targets else ():
             command = gui.add_command(f"{what} {key}", hotkey=key)  # type: ignore[arg-type]  # it is one
             command.on_trigger(functools.partial(self._choose, key))
 
