@@ -20,6 +20,7 @@ from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.registry import check_call, errors_of
 from caregiver_mj.robot.feedback import FollowedVelocity
 
+_KEYS = {"0": "stop", "I": "faster ahead", "K": "slower, then back", "J": "turn left", "L": "turn right"}
 _NOTCHES, _TURN = 4, math.pi / 4  # to its top speed; radians a press
 _YAW_GAIN = 3.0  # from error of heading to rate of turning, 1/s: about the most that does not overshoot
 
@@ -91,21 +92,31 @@ class Teleoperation:
     It keeps the base's limits. To keep off walls and children is left to whoever presses the keys.
 
     Attributes:
+        keys: Each key, what it does, and "".
         activity: How fast the base is to go.
     """
 
-    _notch, _heading = 0, 0.0
+    keys = tuple((*pair, "") for pair in _KEYS.items())
 
     def __init__(self, env: control.Environment):
         self._robot, self._timestep = env.task.info.embodiment, env.control_timestep()
         self._action = np.zeros(self._robot.layout.size)
 
-    @property
-    def keys(self) -> list[tuple[str, str, str]]:
-        """Each key, what it does, and a "<" for each notch of the speed."""
-        n = self._notch
-        speeds = ("0", "stop", "<" * (n == 0)), ("I", "faster ahead", "<" * n), ("K", "slower, then back", "<" * -n)
-        return [*speeds, ("J", "turn left", ""), ("L", "turn right", "")]
+    def __call__(self, timestep: dm_env.TimeStep) -> np.ndarray:
+        """Answer a time step with an action; the first one begins an episode, at rest."""
+        seen, layout, limits = timestep.observation, self._robot.layout, self._robot.limits
+        here, most = float(seen["base_position"][2]), limits.yaw.velocity
+        if timestep.first():
+            self._notch, self._yaw = 0, here
+            self._velocity = FollowedVelocity(limits.base, self._timestep)
+            self._turning = FollowedVelocity(limits.yaw, self._timestep)
+            self._action[layout.arm], self._action[layout.gripper] = seen["arm_position"], seen["finger_position"][0]
+        speed, turn = limits.base.velocity * self._notch / _NOTCHES, _YAW_GAIN * (self._yaw - here)
+        ahead = self._velocity.follow((speed * math.cos(self._yaw), speed * math.sin(self._yaw)), goes_on=False)
+        turning, _ = self._turning.follow((min(most, max(-most, turn)), 0.0), goes_on=False)
+        self._action[layout.base] = *ahead, turning
+        self.activity = f"drive at {speed:.2f} m/s"
+        return self._action
 
     def press(self, key: str) -> None:
         """Do what one of the keys says, from the next action on; others do nothing."""
@@ -113,23 +124,7 @@ class Teleoperation:
         if key in says:
             faster, left = says[key]
             self._notch = min(_NOTCHES, max(-_NOTCHES, self._notch + faster))
-            self._heading = _TURN * (round(self._heading / _TURN) + left)  # along a wall, or across
-
-    def __call__(self, timestep: dm_env.TimeStep) -> np.ndarray:
-        """Answer a time step with an action; the first one begins an episode, at rest."""
-        seen, layout, limits = timestep.observation, self._robot.layout, self._robot.limits
-        here = float(seen["base_position"][2])
-        if timestep.first():
-            self._notch, self._heading = 0, here
-            self._velocity = FollowedVelocity(limits.base, self._timestep)
-            self._turning = FollowedVelocity(limits.yaw, self._timestep)
-            self._action[layout.arm], self._action[layout.gripper] = seen["arm_position"], seen["finger_position"][0]
-        speed, yaw, most = limits.base.velocity * self._notch / _NOTCHES, self._heading, limits.yaw.velocity
-        turn = min(most, max(-most, _YAW_GAIN * (yaw - here)))
-        ahead = self._velocity.follow((speed * math.cos(yaw), speed * math.sin(yaw)), goes_on=False)
-        self._action[layout.base] = *ahead, self._turning.follow((turn, 0.0), goes_on=False)[0]
-        self.activity = f"drive at {speed:.2f} m/s"
-        return self._action
+            self._yaw = _TURN * (round(self._yaw / _TURN) + left)  # along a wall, or across
 
 
 def make_policy(

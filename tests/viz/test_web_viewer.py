@@ -107,7 +107,7 @@ def test_keys_drive_in_a_browser(process, tmp_path):
         wait_for.press("Pause")
         wait_for(lambda: wait_for.texts("told") == ["Paused."])
         browser.find_element("xpath", "//body").send_keys("k")
-        wait_for.press("K slower, then back <")
+        wait_for.press("K slower, then back")
         wait_for.press("0.02 s")
         wait_for(lambda: "drive at -0.67 m/s" in browser.find_element("xpath", "//body").text)
 

@@ -118,7 +118,7 @@ class Session:
         """What who plays can choose, first nothing more: its key, its name, and how that fares."""
         policy: Any = self.episode.policy
         if self.watched.caregiver == DRIVER:
-            return policy.policy.keys
+            return list(policy.policy.keys)
         if self.watched.caregiver != PERSON:
             return []
         names = "nothing more", *map(str, policy.plan.hazards)
