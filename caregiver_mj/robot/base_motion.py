@@ -168,11 +168,6 @@ class BaseMotion:
         return self._rate
 
     @property
-    def is_unhindered(self) -> bool:
-        """Whether the base goes along its path as fast as planned."""
-        return self._path is None or self._playback.at(self.now)[1] > 0.99
-
-    @property
     def moving(self) -> bool:
         """Whether the base's reference is on its way."""
         return self._path is not None and math.hypot(*self.base_reference()[1]) > _AT_REST

@@ -19,6 +19,7 @@ from caregiver_mj.robot import geometry
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.reach import UP
 from caregiver_mj.robot.skills import PickUp
+from caregiver_mj.robot.status import Status
 
 ROOM = FloorPlan.parse("########\n#B....S#\n#.o....#\n#......#\n#..T...#\n########", "room")
 PAIR = FloorPlan.parse("########\n#B....S#\n#.oo...#\n#......#\n#..T...#\n########", "pair")
@@ -93,7 +94,8 @@ def test_a_robot_picks_it_up_by_contact_into_its_tray(robot):
     while not in_tray(env.physics).any() or skill_of(policy):
         assert env.physics.time() < 60.0
         step = env.step(policy(step))
-        began = began or (skill_of(policy) and not skill_of(policy).is_approaching and env.physics.time()) or 0.0
+        if not began and skill_of(policy) and skill_of(policy).status is Status.COMMITTED:
+            began = env.physics.time()
         tries = max(tries, skill_of(policy).tries if skill_of(policy) else 0)
         pads = {}
         for number, pair in enumerate(data.contact.geom.tolist()):

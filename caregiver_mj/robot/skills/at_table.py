@@ -65,10 +65,6 @@ class AtTable(Skill):
         self._came_down_at = math.inf
         self._is_short = False  # whether it came down where the base had not quite arrived, and stays so
 
-    @property
-    def is_approaching(self) -> bool:
-        return self._stage == self._approach
-
     def _act(self, view: View, robot: RobotMotion) -> Status:
         return self._stage(view, robot)
 
@@ -180,7 +176,7 @@ class AtTable(Skill):
         is_late = view.age > _LATE
         is_on_its_path = math.dist(view.base[:2], robot.base_reference()[0]) < _ON_PATH
         at_last = self._rests(view) if is_late else robot.time_left < approach.last_time and is_on_its_path
-        last_distance = approach.last_distance if robot.moving and robot.is_unhindered else _LAST_DISTANCE_SLOWED
+        last_distance = approach.last_distance if robot.moving and robot.rate > 0.99 else _LAST_DISTANCE_SLOWED
         if robot.reached < 1.0:
             self._came_down_at = view.now
         self._is_short |= off >= ARRIVED and view.now - self._came_down_at > _NOT_QUITE

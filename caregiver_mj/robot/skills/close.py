@@ -77,12 +77,8 @@ class Close(Skill):
         self._attempts, self._waits_since, self._until = 1, math.inf, 0.0
         self._withdraws = False
 
-    @property
-    def is_approaching(self) -> bool:
-        return self._at == 0 and not self._withdraws
-
     def _act(self, view: View, robot: RobotMotion) -> Status:
-        if self.is_approaching:
+        if self._at == 0 and not self._withdraws:
             return self._approach(view, robot)
         closes = self._at <= self._closing.pushed and not self._withdraws
         is_beside = self._is_child_within(view, _CHILD_BESIDE)

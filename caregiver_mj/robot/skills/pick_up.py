@@ -82,10 +82,6 @@ class PickUp(Reaching):
         self._is_at_tray = False  # whether the hand's path leads to the tray
         self._until, self._failures = 0.0, 0
 
-    @property
-    def is_approaching(self) -> bool:
-        return self._stage == self._approach
-
     def _act(self, view: View, robot: RobotMotion) -> Status:
         return Status.COMMITTED if view.now < self._until else self._stage(view, robot)
 

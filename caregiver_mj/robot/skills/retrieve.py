@@ -49,10 +49,6 @@ class Retrieve(Reaching):
         self._failures = 0
         self._withdraws = False  # because a child comes
 
-    @property
-    def is_approaching(self) -> bool:
-        return not self._steps
-
     def _place(self, view: View) -> np.ndarray:
         return view.candles[self.candle]
 

@@ -36,11 +36,6 @@ class Skill(abc.ABC):
         self.status = self._act(view, robot)
         return self.status
 
-    @property
-    def is_approaching(self) -> bool:
-        """Whether it is still on its way; else the hand is at work."""
-        return True
-
     @abc.abstractmethod
     def _act(self, view: View, robot: RobotMotion) -> Status:
         """Set goals for one control timestep."""

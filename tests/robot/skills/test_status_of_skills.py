@@ -57,6 +57,11 @@ class Stage:
     def now(self) -> float:
         return self._robot.now
 
+    @property
+    def reached(self) -> float:
+        """How far the hand reaches out."""
+        return self._robot.reached
+
     def retrieve(self, planner: type[RetrievalPlanner] = RetrievalPlanner, pitch_down: float | None = None) -> Retrieve:
         make_scene = lambda: PlanningScene(build_house(ROOM), ROOM, ROBOT)  # noqa: E731
         return Retrieve(self.navigator, planner(self.navigator, make_scene), CANDLE, pitch_down)
@@ -110,18 +115,14 @@ def stage() -> Stage:
 
 def test_picking_and_placing_must_not_be_interrupted_once_the_fingers_are_at_the_candle(stage):
     pick = Pick(stage.navigator, CANDLE, ITS_TABLE)
-    assert pick.is_approaching
-    assert stage.run(pick, lambda: not pick.is_approaching) == [Status.RUNNING]
+    assert stage.to_the_end(pick) == [Status.RUNNING, Status.COMMITTED, Status.DONE]
     assert pick.stand in ROOM.free_neighbours(ROOM.tables[ITS_TABLE])
     assert pick.driver.cell == pick.stand
-    assert stage.to_the_end(pick) == [Status.RUNNING, Status.COMMITTED, Status.DONE]
     assert stage.candle()[2] > TABLE_TOP + 0.01
 
     place = Place(stage.navigator, CANDLE, BARE_TABLE)
-    statuses = stage.run(place, lambda: not place.is_approaching)
-    assert statuses == [Status.RUNNING, Status.COMMITTED]
+    assert stage.to_the_end(place) == [Status.RUNNING, Status.COMMITTED, Status.DONE]
     assert place.stand in ROOM.free_neighbours(ROOM.tables[BARE_TABLE])
-    assert stage.to_the_end(place) == [Status.COMMITTED, Status.DONE]
     np.testing.assert_allclose(stage.candle(), [*ROOM.position(ROOM.tables[BARE_TABLE]), TABLE_TOP], atol=0.01)
 
 
@@ -142,7 +143,6 @@ def test_a_stairwell_is_blocked_for_as_long_as_wanted(stage):
     stage.physics.set_robot(np.array([x + 0.3, y, yaw]), stage.physics.arm_position())  # as if it were pushed
     assert stage.step(block) is Status.RUNNING
     assert stage.to_the_end(block) == [Status.RUNNING, Status.DONE]
-    assert block.is_approaching  # the hand has no part in it
 
 
 def test_a_table_that_children_surround_is_given_up(stage):
@@ -171,7 +171,7 @@ def test_a_hand_beside_which_a_child_stays_comes_back_at_a_creep(stage, moment, 
     """It has come out, or gripped the candle, or is on its way back when the child comes."""
     stage.put_candle(*ROOM.position((2, 5)), CANDLE_RADIUS, np.pi / 2)
     retrieve = stage.retrieve()
-    stage.run(retrieve, lambda: not retrieve.is_approaching)
+    stage.run(retrieve, lambda: retrieve.status is Status.COMMITTED)  # which begins to reach out
     began = stage.now
     stage.run(retrieve, lambda: stage.now > began + moment)
     hand = []
@@ -179,7 +179,7 @@ def test_a_hand_beside_which_a_child_stays_comes_back_at_a_creep(stage, moment, 
     def haunt() -> bool:
         beside_hand(stage, *place)
         hand.append(hand_position(stage.look(), ROBOT))
-        return retrieve.is_approaching
+        return stage.reached == 0.0
 
     stage.run(retrieve, haunt, 7 * GIVES_UP)
     assert stage.now - began > GIVES_UP
