@@ -124,13 +124,12 @@ class CaregiverPolicy:
                 f"sight must be all with a caregiver that needs privileged information, got {info.sight}"
             )
         self.caregiver.sight = info.sight
-        make_scene = functools.partial(_planning_scene, self.plan, embodiment, self._perception)
-        self._retrievals = retrievals = RetrievalPlanner(navigator, make_scene)
+        self._heights: tuple[float, ...] | None = None  # of the tables for which the planning scene was made last
+        self._retrievals = RetrievalPlanner(navigator, lambda: _make_scene(self.plan, embodiment, self._heights))
         self.caregiver.pace = robot_pace(navigator, info.novice_timestep, self._timestep)
         self.executive = Executive(
-            self.plan, self.caregiver, self._perception, navigator, retrievals, info.novice_timestep, truth
+            self.plan, self.caregiver, self._perception, navigator, self._retrievals, info.novice_timestep, truth
         )
-        self._heights_prepared: tuple[float, ...] | None = None
         # As it will be seen: what takes so long must not wait for the first observation.
         self._perception.table_heights = info.table_heights
         self._prepare_retrievals()
@@ -217,9 +216,9 @@ class CaregiverPolicy:
     def _prepare_retrievals(self) -> None:
         """Have the planning scene made for tables as high as they seem, unless it is: before the robot moves."""
         if self.plan.candle_tables or self.plan.floor_cells:
-            heights, before = _as_tuple(self._perception.table_heights), self._heights_prepared
-            self._heights_prepared = heights
-            self._retrievals.prepare(anew=heights != before)
+            seen, before = self._perception.table_heights, self._heights
+            self._heights = None if seen is None else tuple(seen.tolist())
+            self._retrievals.prepare(anew=self._heights != before)
 
     def _check_house(self, observation: dict[str, np.ndarray]) -> None:
         """Raise CaregiverError if an episode begins as none can in this house: it is that of another one."""
@@ -238,16 +237,6 @@ class CaregiverPolicy:
             )
 
     # -- For whoever looks on --------------------------------------------------------------------
-
-    @property
-    def interventions(self) -> int:
-        """Interventions begun in this episode."""
-        return self.executive.begun
-
-    @property
-    def interventions_done(self) -> int:
-        """Interventions completed: a stairwell reached, or a candle put down."""
-        return self.executive.done
 
     @property
     def assessment(self) -> Assessment | None:
@@ -273,14 +262,6 @@ class CaregiverPolicy:
     def activity(self) -> str:
         """What the robot is doing, in words."""
         return self.executive.routine.activity if self.executive.routine else "watch"
-
-
-def _planning_scene(plan: FloorPlan, embodiment: Embodiment, perception: Perception) -> PlanningScene:
-    return _make_scene(plan, embodiment, _as_tuple(perception.table_heights))
-
-
-def _as_tuple(heights: np.ndarray | None) -> tuple[float, ...] | None:
-    return None if heights is None else tuple(heights.tolist())
 
 
 @functools.lru_cache(maxsize=4)  # it is costly, and remembers nothing between questions

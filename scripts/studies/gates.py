@@ -104,7 +104,7 @@ def trial(options: argparse.Namespace, seed: int) -> dict[str, Any]:
         touches.look()
         skill = policy.executive.routine.skill if policy.executive.routine else None
         tries = max(tries, skill.tries if isinstance(skill, PickUp) else 0)
-        is_done = policy.interventions_done and env.task.children.state[errand.hazard] != State.AS_PLANNED
+        is_done = policy.executive.done and env.task.children.state[errand.hazard] != State.AS_PLANNED
         if is_done and math.isnan(seconds):
             seconds = env.physics.time()
             until = seconds + (_DRIVEN if options.batteries else 0.0)
@@ -117,7 +117,7 @@ def trial(options: argparse.Namespace, seed: int) -> dict[str, Any]:
         "stays": bool(env.task.children.state[errand.hazard] != State.AS_PLANNED),
         "taken": bool(outcome["damage_battery"]),
         "seconds": seconds,
-        "begun": policy.interventions,
+        "begun": policy.executive.begun,
         "tries": tries,
         "touched": sorted({thing for part, thing in touches.pairs if part.startswith("robot/")}),
         **{name: outcome[name] for name in ("strikes", "strikes_surface", "contact_speed", "pressings")},

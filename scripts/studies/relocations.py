@@ -220,7 +220,7 @@ def relocate(conditions: Conditions, seed: int, houses: Sequence[str] = HOUSES) 
             timestep = env.step(action)
             tipped |= physics.candle_upright() < math.cos(math.radians(kind.upset))
             barred.look()
-            if policy.interventions_done and end == math.inf:
+            if policy.executive.done and end == math.inf:
                 end = physics.time() + _AFTERWARDS
     lifting, clearing = (math.nan, math.nan) if conditions.knock else times(moments, policy.robot.robot.grasp, kind)
     position = physics.candle_poses()[goal, :3]
@@ -234,7 +234,7 @@ def relocate(conditions: Conditions, seed: int, houses: Sequence[str] = HOUSES) 
         "error": math.dist(position[:2], plan.position(plan.tables[task.goal_table])),
         "lifting": lifting,
         "clearing": clearing,
-        "seconds": physics.time() - (_AFTERWARDS if policy.interventions_done else 0.0),
+        "seconds": physics.time() - (_AFTERWARDS if policy.executive.done else 0.0),
         "barred": barred.seconds,
         "touches": tuple(sorted(touches.pairs)),
     }
@@ -243,13 +243,13 @@ def relocate(conditions: Conditions, seed: int, houses: Sequence[str] = HOUSES) 
 def _failure(task: Any, physics: Physics, policy: CaregiverPolicy, position: np.ndarray) -> str:
     """What is wrong at the end, in words."""
     if task.is_placed(physics):
-        return "" if policy.interventions_done else "placed, but the robot does not know"
+        return "" if policy.executive.done else "placed, but the robot does not know"
     where = f"candle at ({position[0]:.2f}, {position[1]:.2f}, {position[2]:.2f})"
     if not task.is_standing(physics, task.goal_candle):
         held = physics.is_gripping() and position[2] > task.table_heights.min() + LIFTED
         where += ", held" if held else ", fallen"
     base = ", ".join(f"{value:.2f}" for value in physics.base_position())
-    return f"{where}, robot at ({base}): {policy.activity}, {policy.interventions_done} done at {physics.time():.1f} s"
+    return f"{where}, robot at ({base}): {policy.activity}, {policy.executive.done} done at {physics.time():.1f} s"
 
 
 class Moment(NamedTuple):

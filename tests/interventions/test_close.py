@@ -125,7 +125,7 @@ def test_the_robot_closes_it_by_contact_and_touches_nothing_but_the_panel(robot)
     policy = caregiver_mj.CaregiverPolicy(env, "childproof")
     step, met, pulled, velocities = env.reset(), set(), set(), []
     name = env.physics.model.id2name
-    while policy.interventions_done < 2:
+    while policy.executive.done < 2:
         step = env.step(policy(step))
         assert not step.last()
         pairs = env.physics.data.ptr.contact.geom.tolist()
@@ -173,7 +173,7 @@ def closing_with_a_child():
 @pytest.mark.parametrize("cell", [(2, 1), (2, 3), (3, 2)])
 def test_a_child_that_stands_beside_the_robot_does_not_keep_it_from_closing(cell):
     env, policy, step, child = closing_with_a_child()
-    while not policy.interventions_done and env.physics.time() < 30.0:
+    while not policy.executive.done and env.physics.time() < 30.0:
         step = env.step(policy(step))
         goal = policy.executive.routine.skill.driver.goal if policy.executive.routine else None
         if goal and math.dist(policy.robot.base_reference()[0], goal) < 0.1:
@@ -187,7 +187,7 @@ def test_a_base_that_is_pushed_off_closes_it_nevertheless():
     env, policy, step, _ = closing_with_a_child()
     base = env.physics.model.body("robot/base").id
     places = []
-    while not policy.interventions_done and env.physics.time() < 15.0:
+    while not policy.executive.done and env.physics.time() < 15.0:
         step = env.step(policy(step))
         if policy.robot.reached > 2.0:
             env.physics.data.ptr.xfrc_applied[base, 1] = 400.0

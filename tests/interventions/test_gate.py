@@ -90,10 +90,10 @@ def test_the_robot_shuts_it_and_no_child_falls_there_any_more():
     for _ in range(24 * 84):
         step = env.step(policy(step))
         activities.add(policy.activity)
-        if policy.interventions_done == 2:
+        if policy.executive.done == 2:
             break
     assert {"shut the gate of stairwell 1", "shut the gate of stairwell 2"} <= activities
-    assert env.task.outcome()["interventions_done"] == policy.interventions == 2
+    assert env.task.outcome()["interventions_done"] == policy.executive.begun == 2
     assert env.task.children.state.tolist() == [State.SHUT, State.SHUT, State.AS_PLANNED]
     policy(env.step(policy(step)))
     assert policy.activity == "keep out of the way"

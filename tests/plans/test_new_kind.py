@@ -75,7 +75,7 @@ step, activities = env.reset(), []
 for _ in range(4000):
     step = env.step(policy(step))
     activities += [policy.activity] if policy.activity not in activities else []
-    if policy.interventions_done and any(what.startswith("carry vase") for what in activities):
+    if policy.executive.done and any(what.startswith("carry vase") for what in activities):
         break
 found["activities"], found["done"] = activities, env.task.outcome()["interventions_done"]
 print(json.dumps(found))

@@ -51,7 +51,7 @@ def test_the_restraint_knows_when_there_is_a_candle_in_the_hand(told):
     env = caregiver_mj.load("relocate_candle", ROOM, 0.0, random=0)
     policy, timestep = caregiver_mj.CaregiverPolicy(env), env.reset()
     gripping = []
-    while not policy.interventions_done and env.physics.time() < 30.0:
+    while not policy.executive.done and env.physics.time() < 30.0:
         gripping.append(env.physics.is_gripping())
         timestep = env.step(policy(timestep))
     loaded, bases, seconds = zip(*told, strict=True)

@@ -72,7 +72,7 @@ class Scene:
         return self.policy(self.timestep)
 
     def until_done(self, seconds: float = 60.0) -> bool:
-        return self.run(round(50 * seconds), until=lambda: self.policy.interventions_done > 0)
+        return self.run(round(50 * seconds), until=lambda: self.policy.executive.done > 0)
 
     def candle(self, candle: int = 0) -> np.ndarray:
         return self.physics.candle_poses()[candle, :3]
@@ -117,7 +117,7 @@ def test_missed_grasp_is_noticed_and_tried_again(scene, monkeypatch):
     assert scene.physics.finger_position().sum() > closed  # they open again, at once
     assert scene.until_done()
     assert fooled
-    assert scene.policy.interventions == 1  # it did not begin anew, and had not given up
+    assert scene.policy.executive.begun == 1  # it did not begin anew, and had not given up
     assert_relocated(scene)
 
 
@@ -131,7 +131,7 @@ def test_grasp_that_fails_again_and_again_is_given_up(scene, monkeypatch):
     # It cannot tell by its open fingers that it has nothing: what it lacks is a candle that comes along.
     assert scene.run(3000, until=lambda: scene.policy.activity == "keep out of the way")
     assert scene.task.is_standing(scene.physics, 0)
-    assert scene.policy.interventions_done == 0
+    assert scene.policy.executive.done == 0
 
 
 def test_a_candle_that_is_moved_a_little_as_the_hand_comes_down_is_picked(scene):
@@ -147,7 +147,7 @@ def test_a_candle_that_is_seen_late_is_not_taken_to_have_stayed_behind():
     scene = Scene(sensing={"delay": 0.3})
     opened = []
     assert scene.run(2000, until=scene.physics.is_gripping)
-    scene.run(3000, until=lambda: opened.append(not scene.physics.is_gripping()) or scene.policy.interventions_done)
+    scene.run(3000, until=lambda: opened.append(not scene.physics.is_gripping()) or scene.policy.executive.done)
     assert np.diff(opened).sum() == 1  # once, on the other table
     assert_relocated(scene)
 
@@ -226,7 +226,7 @@ def test_robot_drives_round_a_candle_that_has_fallen_in_its_way():
         0,
     ]
     timestep = timestep._replace(observation=env.task.get_observation(env.physics))
-    while not policy.interventions_done:
+    while not policy.executive.done:
         timestep = env.step(policy(timestep))
         assert not timestep.last()
     assert np.hypot(*(env.physics.base_position()[:2] - plan.position((2, 1)))) < 0.03
@@ -321,7 +321,7 @@ def test_candle_in_the_hand_is_put_on_a_nearer_table_if_that_saves_the_child():
         child.put(cell)
 
     put_child((1, 32), (0, 1))  # into the wall
-    while not policy.interventions_done:
+    while not policy.executive.done:
         carried = env.physics.is_gripping() and env.physics.candle_poses()[0, 2] > TABLE_TOP + 0.2
         if carried and not caregiver.alarm:
             caregiver.alarm = True

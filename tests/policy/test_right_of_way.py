@@ -160,7 +160,7 @@ def test_robot_waits_where_the_child_keeps_the_only_way_closed_then_protects_som
     assert GIVES_UP < gave_up < GIVES_UP + 3.0
     near = math.dist(scene.base[-1][:2], scene.env.physics.toddler_position()[:2]) - TOUCHING
     assert 1.0 < near < 1.2  # it has waited with a free cell between them
-    assert scene.run(5.0, lambda: scene.policy.interventions_done == 1)
+    assert scene.run(5.0, lambda: scene.policy.executive.done == 1)
     assert scene.is_at((2, 9))
     scene.run(gave_up + 4.5 - scene.time)
     assert scene.policy.target == east  # it does not begin the same thing again at once
@@ -173,14 +173,14 @@ def test_robot_takes_the_other_of_two_ways_without_waiting():
     scene.child.move = STAY
     # 9 cells at 1.39 m/s take 4.9 s. It sees the child on its way, stops, comes back to where it was, and goes round.
     assert scene.run(10.5, lambda: scene.is_at((2, 1)))
-    assert (scene.policy.interventions, scene.env.task.outcome()["strikes"]) == (1, 0)
+    assert (scene.policy.executive.begun, scene.env.task.outcome()["strikes"]) == (1, 0)
 
 
 def test_a_candle_in_the_hand_goes_to_another_table():
     far, other = 0, 1  # the latter being that on which it stood
     scene = Scene(TABLES, Determined(TABLES, 0, table=far), (1, 3), (1, 6))
     scene.child.move = STAY
-    assert scene.run(40.0, lambda: scene.policy.interventions_done == 1)
+    assert scene.run(40.0, lambda: scene.policy.executive.done == 1)
     scene.run(0.6)  # before the robot tries again
     candle = scene.env.physics.candle_poses()[0]
     assert np.abs(candle[:2] - TABLES.position(TABLES.tables[other])).max() < 0.02
@@ -254,4 +254,4 @@ def test_a_robot_that_does_not_yield_waits_where_it_stands_until_the_child_leave
     assert moves or far_from_start(scene) < 0.02
     scene.env.task.children[0].put((2, 8))  # behind the robot
     assert scene.run(6.0, lambda: scene.is_at((2, 1)))
-    assert scene.policy.interventions == 1
+    assert scene.policy.executive.begun == 1

@@ -27,7 +27,7 @@ def test_candles_and_mugs_are_taken_from_table_to_table(env, symbol):
     step, physics, task = env.reset(), env.physics, env.task
     velocities = [physics.arm_velocity()]
     with each_physics_step(physics, lambda: velocities.append(physics.arm_velocity())):
-        while not policy.interventions_done:
+        while not policy.executive.done:
             step = env.step(policy(step))
             assert not step.last(), policy.activity
         for _ in range(50):

@@ -143,7 +143,7 @@ def episode():
     env = caregiver_mj.load("supervise", "paper", epsilon=0.5, random=1)
     policy = caregiver_mj.CaregiverPolicy(env)
     log = EpisodeLog.record(env, policy, 4000)
-    assert policy.interventions_done > 0
+    assert policy.executive.done > 0
     return log
 
 

@@ -34,8 +34,8 @@ def rows(house, tmp_path_factory):
 
 def measured(episode):
     return episode.env.task.outcome() | {
-        "interventions": episode.policy.interventions,
-        "interventions_done": episode.policy.interventions_done,
+        "interventions": episode.policy.executive.begun,
+        "interventions_done": episode.policy.executive.done,
     }
 
 

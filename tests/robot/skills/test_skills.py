@@ -112,7 +112,7 @@ def relocation(request):
         left = 150
         while left and not step.last():
             step = act(env, policy, step, recorder)
-            left -= policy.interventions_done > 0
+            left -= policy.executive.done > 0
     assert left == 0, "the candle was not put down in time"
     return env, recorder, step
 
@@ -218,11 +218,11 @@ def test_robot_in_a_stairwell_keeps_the_toddler_out(house, seed, monkeypatch):
     recorder = Recorder(env, None, monkeypatch)
     move = 84  # control steps of a novice timestep
     step, steps = act(env, policy, step), 1
-    while not step.last() and (not policy.interventions_done or steps % move):
+    while not step.last() and (not policy.executive.done or steps % move):
         step, steps = act(env, policy, step), steps + 1
     landing = env.task.plan.stairwells[env.task.goal_stairwell]
     centre, half = env.task.plan.position(landing), env.task.plan.cell_size / 2
-    assert policy.interventions_done == 1
+    assert policy.executive.done == 1
 
     drive_at_stairs(env)
     before = env.physics.base_position()
@@ -267,7 +267,7 @@ def test_supervised_episode_has_no_strike_and_no_dropped_candle(house, seed):
     outcome = env.task.outcome()
     assert outcome["strikes"] == 0
     assert outcome["candles_dropped"] == 0
-    assert policy.interventions_done >= 3
+    assert policy.executive.done >= 3
     assert fastest <= MAX_BASE_SPEED
     assert env.physics.data.warning.number.sum() == 0
     alone = caregiver_mj.load("supervise", house, epsilon=1.0, random=seed, task_kwargs={"robot": False})
