@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 from dm_env import specs
 
-from caregiver_mj.robot.embodiment import Embodiment, Layout
+from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.kinematics import arm_of
 
 RampState = tuple[np.ndarray, int, int]
@@ -44,14 +44,14 @@ class RobotBody:
         self._lowest, self._highest = model.actuator_ctrlrange.T.copy()
         self._targets, self.ramp = np.empty_like(data.ctrl), TargetRamp(data.ctrl)
         self._source = np.empty(embodiment.actuators.size, int)  # of each actuator: which number of an action it gets
-        for actuators, part in zip(_parts(embodiment.actuators), _parts(embodiment.layout), strict=True):
-            self._source[actuators] = _indices(part)
+        for part in ("base", "arm", "gripper"):
+            self._source[getattr(embodiment.actuators, part)] = np.r_[getattr(embodiment.layout, part)]
 
     def action_spec(self) -> specs.BoundedArray:
         """Return the specification of base velocities (m/s, rad/s), arm joint (rad) and gripper targets (m)."""
         layout, actuators = self.embodiment.layout, self.embodiment.actuators
         driven = np.empty(layout.size, int)  # by each number of an action; of the two fingers the left one
-        driven[layout.base], driven[layout.arm] = _indices(actuators.base), _indices(actuators.arm)
+        driven[layout.base], driven[layout.arm] = np.r_[actuators.base], np.r_[actuators.arm]
         driven[layout.gripper] = actuators.gripper.start
         names = [self._model.actuator(int(i)).name.removeprefix("robot/") for i in driven]
         names[layout.gripper.start] = "gripper"
@@ -84,14 +84,6 @@ class RobotBody:
         self._ctrl[actuators.base], self._ctrl[actuators.gripper] = 0.0, self.embodiment.grasp.open
         self._ctrl[actuators.arm] = self.arm[0]
         self.ramp.rest()
-
-
-def _parts(layout: Layout) -> tuple[slice, slice, slice]:
-    return layout.base, layout.arm, layout.gripper
-
-
-def _indices(part: slice) -> range:
-    return range(part.start, part.stop)
 
 
 def joint_views(model: mujoco.MjModel, data: mujoco.MjData, joints: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:

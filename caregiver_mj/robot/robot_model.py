@@ -6,12 +6,13 @@ import importlib.resources
 import math
 from collections.abc import Sequence
 from importlib.resources.abc import Traversable
+from typing import Any
 
 import mujoco
 import numpy as np
 
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.robot.embodiment import Layout, Names, Tray, Wheels
+from caregiver_mj.robot.embodiment import Embodiment, Layout, Names, Tray, Wheels
 
 
 def own_model(name: str) -> Traversable:
@@ -42,12 +43,28 @@ class RobotModel:
         """
         spec = read_spec(file)
         add_tray(spec)
-        self._model, self._names = spec.compile(), names
-        self._file = file.name
+        self._model, self._names, self._file = spec.compile(), names, file
         joints = [self._model.joint(i).name for i in range(self._model.njnt)]
         missing = [name for name in (*names.base, *names.arm, *names.fingers, *names.wheels) if name not in joints]
         if missing:
-            raise CaregiverError(f"robot {self._file} must have joint {', '.join(missing)}, got {', '.join(joints)}")
+            raise CaregiverError(f"robot {file.name} must have joint {', '.join(missing)}, got {', '.join(joints)}")
+
+    def robot(self, **own: Any) -> Embodiment:
+        """Return the robot, called as its file is: what the model says of it, and its own numbers, by their names."""
+        return Embodiment(
+            name=self._file.name.removesuffix(".xml"),
+            model=self._file,
+            names=self._names,
+            layout=self.action(),
+            actuators=self.actuators(),
+            footprint=self.footprint(),
+            wheels=self.wheels(),
+            torque=self.torque(),
+            sides=self.sides(),
+            fingertip=self.fingertip(),
+            tray=self.tray(),
+            **own,
+        )
 
     def actuators(self) -> Layout:
         """Return where the actuators of base, arm and fingers are."""
@@ -138,6 +155,7 @@ class RobotModel:
         first = driven.index(joints[0]) if joints[0] in driven else 0
         if driven[first : first + len(joints)] != list(joints):
             raise CaregiverError(
-                f"actuators of robot {self._file} must be in the order of {', '.join(joints)}, got {', '.join(driven)}"
+                f"actuators of robot {self._file.name} must be in the order of {', '.join(joints)}, "
+                f"got {', '.join(driven)}"
             )
         return slice(first, first + len(joints))

@@ -79,17 +79,7 @@ CLEARANCES = Clearances(turning=0.52, child_turning=0.60, hand=0.16, hand_width=
 
 def mobile_fr3() -> Embodiment:
     """Make it."""
-    file = own_model("mobile_fr3")
-    model = RobotModel(file, NAMES)
-    return Embodiment(
-        name="mobile_fr3",
-        model=file,
-        names=NAMES,
-        layout=model.action(),
-        actuators=model.actuators(),
-        footprint=model.footprint(),
-        wheels=model.wheels(),
-        torque=model.torque(),
+    return RobotModel(own_model("mobile_fr3"), NAMES).robot(
         limits=LIMITS,
         servos=SERVOS,
         bends=BENDS,
@@ -97,6 +87,4 @@ def mobile_fr3() -> Embodiment:
         approach=APPROACH,
         grasp=GRASP,
         clearances=CLEARANCES,
-        fingertip=model.fingertip(),
-        tray=model.tray(),
     )

@@ -64,27 +64,15 @@ CLEARANCES = Clearances(turning=0.48, child_turning=0.56, hand=0.18, hand_width=
 
 def mobile_ur5e() -> Embodiment:
     """Make it."""
-    file = own_model("mobile_ur5e")
-    model = RobotModel(file, NAMES)
+    model = RobotModel(own_model("mobile_ur5e"), NAMES)
     # The servos' lags, as the model has them with the arm tucked.
-    lags = (model.lag(joint, BENDS.tucked) for joint in ("base_x", "base_yaw"))
-    return Embodiment(
-        name="mobile_ur5e",
-        model=file,
-        names=NAMES,
-        layout=model.action(),
-        actuators=model.actuators(),
-        footprint=model.footprint(),
-        wheels=model.wheels(),
-        torque=model.torque(),
+    servos = Servos(4.0, 6.0, *(model.lag(joint, BENDS.tucked) for joint in ("base_x", "base_yaw")))
+    return model.robot(
         limits=LIMITS,
-        servos=Servos(4.0, 6.0, *lags),
+        servos=servos,
         bends=BENDS,
         postures=POSTURES,
         approach=APPROACH,
         grasp=GRASP,
         clearances=CLEARANCES,
-        sides=model.sides(),
-        fingertip=model.fingertip(),
-        tray=model.tray(),
     )
