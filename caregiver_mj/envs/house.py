@@ -78,7 +78,6 @@ class HouseEnv(gymnasium.Env):
         action = self.dm_env.action_spec()
         low, high = action.minimum.astype(np.float32), action.maximum.astype(np.float32)
         self.action_space = spaces.Box(low, high, action.shape, np.float32)
-        self._cost = CostMeter(self.dm_env.task)
         self._observation: Observations | None = None  # the last one; None between episodes
 
     def reset(
@@ -90,7 +89,7 @@ class HouseEnv(gymnasium.Env):
         self.dm_env.task.reseed(seed)
         self.timestep = self.dm_env.reset()
         self._observation = self._observe(self.timestep.observation)
-        self._cost.reset()
+        self._cost = CostMeter(self.dm_env.task)
         return self._observation, {"seed": seed}
 
     def step(self, action: np.ndarray) -> tuple[Observations, float, bool, bool, dict[str, Any]]:

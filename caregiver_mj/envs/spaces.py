@@ -23,20 +23,16 @@ def observation_space(encoder: Encoder) -> spaces.Space[Any]:
 
 
 class CostMeter:
-    """Reads what each step has cost: the damage to the children in it, and `STRIKE_COST` for every strike.
+    """Reads what each step of an episode has cost: the damage to the children, and `STRIKE_COST` for every strike.
 
-    Over an episode that is its `damage` and its `strikes`, as in the tables.
+    Over the episode that is its `damage` and its `strikes`, as in the tables.
     """
 
     def __init__(self, harmed: Any):
         """Take what has all `damage` to the children in an episode so far, and all `strikes`; or those of a batch."""
         self._harmed = harmed
-        self._damage: float | np.ndarray
-        self._strikes: int | np.ndarray
-
-    def reset(self) -> None:
-        """Begin an episode."""
-        self._damage, self._strikes = 0.0, 0
+        self._damage: float | np.ndarray = 0.0
+        self._strikes: int | np.ndarray = 0
 
     def read(self) -> dict[str, Any]:
         """Return what has come since it was last read: `cost`, and of that `damage` and the number of `strikes`."""

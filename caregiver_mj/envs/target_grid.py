@@ -49,13 +49,12 @@ class TargetGrid:
         self.children = len(self.family)
         self.world = GridWorld(plan, self.family, self.caregiver)
         self.encoder = Encoder(self.caregiver, self.children, **options)
-        self._cost = CostMeter(self)
         self.ended = False
 
     def begin(self, seeds: Sequence[int]) -> None:
         """Begin the episodes of some seeds, with the children's first moves."""
         self.world.reset([Tape.draw_family(np.random.RandomState(seed), self.children) for seed in seeds])
-        self._cost.reset()
+        self._cost = CostMeter(self.world.ledger)
         self.ended = False
         self.encoder.trace.clear()
         self.world.move_children()
@@ -73,16 +72,6 @@ class TargetGrid:
     def percept(self) -> Percept:
         """Return what a caregiver sees."""
         return self.world.percept()
-
-    @property
-    def damage(self) -> np.ndarray:
-        """All damage in each world so far, (B,)."""
-        return self.world.ledger.damage
-
-    @property
-    def strikes(self) -> np.ndarray:
-        """None: nobody is struck in the grid, (B,)."""
-        return self.world.ledger.strikes.copy()
 
     def cost(self) -> dict[str, np.ndarray]:
         """Return what the last decision has cost in each world, as of `CostMeter`."""

@@ -49,7 +49,6 @@ class TargetHouse:
         self.children = len(task.children)
         timesteps = task.time_limit / task.novice_timestep
         self.encoder = Encoder(self.caregiver, self.children, timesteps=timesteps, **options)
-        self._cost = CostMeter(task)
 
     def begin(self, seeds: Sequence[int]) -> None:
         """Begin the episode of a seed, up to the first decision; until then the robot keeps out of the way."""
@@ -57,7 +56,7 @@ class TargetHouse:
         self.dm_env.task.reseed(seed)
         self.ended = self.diverged = False
         timestep = self.dm_env.reset()
-        self._cost.reset()
+        self._cost = CostMeter(self.dm_env.task)
         self.encoder.trace.clear()
         self._go_on(self.policy.see(timestep))
 
