@@ -119,7 +119,8 @@ def _run(arguments: argparse.Namespace) -> None:
         **({"answers": arguments.answers} if answers else {}),
     }
     executor = LocalExecutor(arguments.jobs)
-    store = Store(target.with_name(f".{target.name}.episodes"), asked, arguments.resume)
+    folder = RunFolder(target.with_name(f".{target.name}.episodes"), asked, resume=arguments.resume)
+    store = Store(folder.path)
     store.check_none_beyond(arguments.episodes)
     with store.gone_if_empty():
         _collect_all(arguments, recipe, store, executor)

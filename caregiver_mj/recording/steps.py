@@ -89,39 +89,10 @@ def frames_file(folder: pathlib.Path, camera: str) -> pathlib.Path:
 
 
 class Store:
-    """Finished episodes on disk, until there is a data set of them. One that was broken off leaves nothing."""
+    """Finished episodes in a folder, until there is a data set of them. One that was broken off leaves nothing."""
 
-    def __init__(self, path: pathlib.Path, asked: dict[str, Any], resume: bool = False):
-        """Create the store, or open the one that was left, of episodes that depend on what was asked, as JSON.
-
-        Raises:
-            CaregiverError: What is there is not to be gone on with, or is of something else that was asked for, unless
-                it has no episode yet.
-        """
-        self.path, record = path, path / "asked.json"
-        asked = json.loads(json.dumps(asked))
-        try:
-            found = json.loads(record.read_text("utf-8")) if record.exists() else None
-        except OSError as error:
-            raise CaregiverError(f"'{record}' cannot be read: {error.strerror}") from None
-        except ValueError:
-            found = "nothing of the kind"
-        if found is not None:
-            if not resume:
-                raise CaregiverError(f"'{path}' holds an interrupted recording: use --resume, or remove it")
-            if not isinstance(found, dict):
-                raise CaregiverError(f"'{record}' does not say what was recorded: remove '{path}', and begin anew")
-            other = [key for key in {**found, **asked} if found.get(key) != asked.get(key)]
-            if other and self.numbers():
-                what = "; ".join(f"{key} is {found.get(key)} there and {asked.get(key)} here" for key in other)
-                raise CaregiverError(
-                    f"'{path}' holds a recording of other settings: {what}; put that back, or remove the folder"
-                )
-        try:
-            path.mkdir(parents=True, exist_ok=True)
-            record.write_text(json.dumps(asked), encoding="utf-8")
-        except OSError as error:
-            raise CaregiverError(f"'{path}' cannot be written: {error.strerror}") from None
+    def __init__(self, path: pathlib.Path):
+        self.path = path
 
     def __contains__(self, number: int) -> bool:
         return (_folder(self.path, number) / _REST).exists()
@@ -161,7 +132,7 @@ class Store:
 @contextlib.contextmanager
 def new_episode(store: pathlib.Path, number: int) -> Iterator[pathlib.Path]:
     """Give a folder to put an episode into; it is in the store once that has gone well."""
-    folder, unfinished = _folder(store, number), store / f"{number:06d}.tmp"
+    folder, unfinished = _folder(store, number), store / f"{number:06d}.part"
     shutil.rmtree(unfinished, ignore_errors=True)
     unfinished.mkdir(parents=True)
     yield unfinished

@@ -21,7 +21,7 @@ SHORT = Recipe("supervise", PAPER, Family.of(0.5), seconds=1.0)
 
 
 def run(recipe, path, seed=3):
-    store = Store(path, {}, resume=True)
+    store = Store(path)
     collect(recipe, store.path, (0, seed))
     return store.load(0)
 

@@ -20,7 +20,7 @@ RECIPE = Recipe("supervise", FloorPlan.load(HOME), Family.of(0.5), seconds=1.0, 
 
 @pytest.fixture(scope="module")
 def store(tmp_path_factory):
-    store = Store(tmp_path_factory.mktemp("recorded") / "store", {})
+    store = Store(tmp_path_factory.mktemp("recorded") / "store")
     for which in enumerate(SEEDS):
         collect(RECIPE, store.path, which)
     return store
@@ -79,7 +79,7 @@ def test_its_environment_gives_the_same_episode_again(dataset):
 def test_in_the_grid_actions_are_discrete_and_its_environment_has_the_same_damage(tmp_path, monkeypatch):
     plan = FloorPlan.load("paper", damage=DamageWeights(9.0, 4.0, 1.0))
     recipe = Recipe("targets", plan, Family.of(0.5), "random-actions", world="grid")
-    store = Store(tmp_path / "store", {})
+    store = Store(tmp_path / "store")
     collect(recipe, store.path, (0, 5))
     write_minari(tmp_path, "dear-v0", [store.load(0)], recipe.about(), recipe.spaces(), recipe.spec("paper"))
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))

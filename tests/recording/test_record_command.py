@@ -160,15 +160,15 @@ def test_a_recording_does_not_go_on_with_code_that_was_edited(own, tmp_path, cap
     text = module.read_text()
     module.write_text(f"{text}# edited\n")
     assert cli.main([*command, "--resume"]) == 2
-    assert "code is {'caregiver of_my_own:slow': 'of_my_own.py, sha256 " in capsys.readouterr().err
+    assert "code of caregiver of_my_own:slow has changed, from of_my_own.py, sha256 " in capsys.readouterr().err
     sys.modules.pop(own)
     module.write_text(text)
-    asked = tmp_path / ".set.episodes" / "asked.json"
+    asked = tmp_path / ".set.episodes" / "run.json"
     kept = asked.read_text()
     for wrong in ("{", "[]", "null3"):
         asked.write_text(wrong)
         assert cli.main([*command, "--resume"]) == 2
-        assert "asked.json' does not say what was recorded" in capsys.readouterr().err
+        assert "the record of a run" in capsys.readouterr().err
     asked.write_text(kept)
     (tmp_path / "go on").touch()
     assert cli.main([*command, "--resume"]) == 0
