@@ -78,10 +78,10 @@ class Chart:
             self._draw_trail(canvas, child, colours.of_child(number))
         for number, hazard in enumerate(state.plan.hazards):
             if hazard.kind.where is Where.FLOOR and number not in state.gone:
-                self._draw_disc(canvas, place_of(state.plan, number, state.candles), hazard.kind.colour)
+                self._ground.draw_disc(canvas, place_of(state.plan, number, state.candles), hazard.kind.colour)
         things = state.plan.hazards.at(Where.ON_TABLE)
         for index, (thing, position) in enumerate(zip(things, state.candles, strict=True)):
-            self._draw_candle(canvas, position, thing.kind.colour, halo=(pointed_at, where) == ("candle", index))
+            self._ground.draw_candle(canvas, position, thing.kind.colour, halo=(pointed_at, where) == ("candle", index))
         for frame, angle in zip(layout.gate_frames(state.plan), state.gates, strict=True):
             self._draw_gate(canvas, frame, float(angle))
         if state.robot is not None:
@@ -129,24 +129,6 @@ class Chart:
         for i, (start, end) in enumerate(itertools.pairwise(points)):
             fresh = mix(colours.FLOOR, colour, 0.15 + 0.7 * (i + 1) / len(points))
             canvas.line((*start, *end), fresh, width=width)
-
-    def _draw_candle(self, canvas: ImageDraw.ImageDraw, position: np.ndarray, colour: Colour, halo: bool) -> None:
-        """A flame: a drop with its tip up."""
-        x, y = self._ground.pixel(position)
-        r = 0.21 * self._ground.cell * FINE
-        if halo:
-            wide = 0.5 * self._ground.unit
-            canvas.ellipse((x - wide, y - wide, x + wide, y + wide), outline=TEXT, width=max(FINE, round(0.4 * r)))
-        y += 0.4 * r
-        canvas.polygon(((x, y - 2.3 * r), (x + 0.95 * r, y - 0.3 * r), (x - 0.95 * r, y - 0.3 * r)), colour)
-        canvas.ellipse((x - r, y - r, x + r, y + r), colour)
-        canvas.ellipse((x - 0.45 * r, y - 0.35 * r, x + 0.45 * r, y + 0.55 * r), colours.FLAME)
-
-    def _draw_disc(self, canvas: ImageDraw.ImageDraw, position: np.ndarray, colour: Colour) -> None:
-        """What lies on the floor: a disc with a rim."""
-        x, y = self._ground.pixel(position)
-        r = 0.16 * self._ground.unit
-        canvas.ellipse((x - r, y - r, x + r, y + r), colour, outline=mix(colour, GROUND, 0.5), width=FINE)
 
     def _draw_gate(self, canvas: ImageDraw.ImageDraw, frame: Pose, angle: float) -> None:
         """The fences beside a landing, and the gate between them as far open as it is, radians."""
@@ -241,6 +223,24 @@ class GroundPlan:
                 box = (left + inner, top + inner, right - inner, bottom - inner)
                 canvas.rounded_rectangle(box, radius=0.15 * self.unit, fill=colour)
         return drawn
+
+    def draw_candle(self, canvas: ImageDraw.ImageDraw, position: np.ndarray, colour: Colour, halo: bool) -> None:
+        """Draw a flame, a drop with its tip up, at a place in metres; with a halo if it is pointed at."""
+        x, y = self.pixel(position)
+        r = 0.21 * self.unit
+        if halo:
+            wide = 0.5 * self.unit
+            canvas.ellipse((x - wide, y - wide, x + wide, y + wide), outline=TEXT, width=max(FINE, round(0.4 * r)))
+        y += 0.4 * r
+        canvas.polygon(((x, y - 2.3 * r), (x + 0.95 * r, y - 0.3 * r), (x - 0.95 * r, y - 0.3 * r)), colour)
+        canvas.ellipse((x - r, y - r, x + r, y + r), colour)
+        canvas.ellipse((x - 0.45 * r, y - 0.35 * r, x + 0.45 * r, y + 0.55 * r), colours.FLAME)
+
+    def draw_disc(self, canvas: ImageDraw.ImageDraw, position: np.ndarray, colour: Colour) -> None:
+        """Draw what lies on the floor, a disc with a rim, at a place in metres."""
+        x, y = self.pixel(position)
+        r = 0.16 * self.unit
+        canvas.ellipse((x - r, y - r, x + r, y + r), colour, outline=mix(colour, GROUND, 0.5), width=FINE)
 
 
 def _draw_stairs(canvas: ImageDraw.ImageDraw, square: Square, colour: Colour) -> None:
