@@ -104,16 +104,11 @@ def _denied_table(run: Run) -> Table:
     return run.table("Moves denied by each caregiver", "caregiver", rows, note)
 
 
-def why_all_timesteps() -> str:
-    """Return why damage is that of all timesteps, by the paper's own numbers."""
+def published_stop() -> dict[str, str]:
+    """Return what follows, for children that move at random, if the paper's damage were that until the stop."""
     timesteps, damage = (PUBLISHED[column][1.0][1] for column in ("timesteps_to_threshold", "damage_normalised"))
     stopped = 1 - timesteps / EPISODE_TIMESTEPS  # at least: those that are not stopped count as all timesteps
     least, most = DAMAGE_THRESHOLD + 1, DAMAGE_THRESHOLD + DamageWeights().worst
     bound = math.floor(100 * stopped * least / most) / 100
-    return (
-        f"Damage is that of all {EPISODE_TIMESTEPS} timesteps and not that until the stop, for so it is in the paper: "
-        f"its section V.E speaks of episodes lasting {EPISODE_TIMESTEPS} timesteps, and only so do its Tables I and II "
-        f"fit each other. By Table II children that move at random go on for {timesteps:.0f} timesteps with the "
-        f"caregiver, so at least {100 * stopped:.0f} % of them are stopped, with {least:g} to {most:g} damage. Until "
-        f"the stop their mean in Table I, a share of the greatest, would be at least {bound:.2f}; it is {damage:.2f}."
-    )
+    told = {"timesteps": f"{timesteps:.0f}", "stopped": f"{100 * stopped:.0f}", "bound": f"{bound:.2f}"}
+    return told | {"all": f"{EPISODE_TIMESTEPS}", "least": f"{least:g}", "most": f"{most:g}", "damage": f"{damage:.2f}"}

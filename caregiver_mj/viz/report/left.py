@@ -28,10 +28,6 @@ from caregiver_mj.viz.report.words import (
 )
 
 _FEW = 4  # caregivers that are told apart side by side; more of them have a row each
-FLOOR_IS = (
-    "The floor is what remains when nothing but bare tables is left: every candle is gone and every stairwell shut. It "
-    "is no bound: a caregiver comes below it by being in the child's way."
-)
 _MARGIN = f"within {MARGINS['damage']:.0%}".replace("%", " %")
 # What a comparison may show, best first: what is said of it; and whether numbers go with it.
 _FINDINGS = {
@@ -52,7 +48,7 @@ def left(run: Run) -> dict[str, Any]:
         "pictures": _pictures(run),
         "verdicts": verdicts(run),
         "wins": wins_table(run),
-        "floor": FLOOR_IS if run.floor else "",
+        "floor": bool(run.floor),
     }
 
 

@@ -23,10 +23,10 @@ from caregiver_mj.viz import colours, figures
 from caregiver_mj.viz.colours import Colour
 from caregiver_mj.viz.report import published, tables
 from caregiver_mj.viz.report.charts import bounded, charts, maps
-from caregiver_mj.viz.report.child import child, why_all_timesteps
+from caregiver_mj.viz.report.child import child, published_stop
 from caregiver_mj.viz.report.left import kinds, left, side_by_side
 from caregiver_mj.viz.report.run import Run, read_run
-from caregiver_mj.viz.report.tables import HARM_IS, contacts, harm
+from caregiver_mj.viz.report.tables import contacts, harm
 from caregiver_mj.viz.report.words import SEVERAL, SINGLE, TITLES, family_name, members, number
 
 _FACTS = {
@@ -35,20 +35,6 @@ _FACTS = {
     "toys_reached": f"in {EPISODE_TIMESTEPS} timesteps",
 }
 _DEEDS = ("moves_blocked", "moves_blocked_stairwell", "moves_blocked_free", "interventions_done")
-FITTED = (
-    "House `paper` is not the house of the paper: that is its Figure 1, which we lack. It was chosen, of many plans, "
-    "for coming closest to the paper's Tables I and II, to levels and to differences. So agreement with the paper in "
-    "it validates nothing; what a caregiver is worth shows in houses that nobody chose."
-)
-EPSILON = (
-    "Epsilon is the share of moves that are random, as in the names of the paper's novices; the paper's text (section "
-    "V.B) writes epsilon for the other share."
-)
-SAME_RULE = (
-    "`nearest` and the rule of the paper are the same but where every hazard left is four or more moves away: with one "
-    "child 1 - P(safe) and what normalises distances are common to all hazards and cancel, and 5 (stairwell) against 4 "
-    "(candle) decides only between distances such as 5 and 4."
-)
 FILM_NAME = "report.mp4"  # of a film that is made for the report
 LARGEST_FILM = 40.0  # MB, for it becomes part of the page
 _PICTURE: dict[str, Any] = {"seconds": 15.0, "width": 960, "height": 540}  # of such a film
@@ -102,10 +88,9 @@ def write_report(
     environment.globals |= {
         "sections": sections,
         "beside": beside,
-        "harm_is": HARM_IS,
         "paper": published.PAPER,
-        "disclosures": disclosures(runs),
-        "why_all_timesteps": why_all_timesteps(),
+        "nearest_is_the_rule": any(map(nearest_is_the_rule, runs)),
+        "stop": published_stop(),
         "cited": cited,
         "several": several,
         "nouns": SEVERAL if several else SINGLE,
@@ -190,17 +175,10 @@ def headline(run: Run) -> dict[str, Any]:
     }
 
 
-def disclosures(runs: Sequence[Run]) -> list[str]:
-    """Return those that concern some runs."""
-    fitted = any(published.compares_with(run) for run in runs)
-    same = any(
-        "nearest" in run.settings.caregivers
-        and run.caregiver in RULE
-        and run.settings.plans[0].damage == DamageWeights()
-        and not run.several
-        for run in runs
-    )
-    return [*([FITTED] if fitted else []), EPSILON, *([SAME_RULE] if same else [])]
+def nearest_is_the_rule(run: Run) -> bool:
+    """Return whether `nearest` ran beside the rule of the paper, and where the two are nearly the same."""
+    both = "nearest" in run.settings.caregivers and run.caregiver in RULE
+    return both and run.settings.plans[0].damage == DamageWeights() and not run.several
 
 
 # -- The film ----------------------------------------------------------------------------------------

@@ -29,13 +29,6 @@ from caregiver_mj.viz.report.words import (
 )
 
 _BY_CHILD = {"damage_by_child": "damage", "toys_by_child": "toys_reached"}  # and the column that is their sum
-HARM_IS = (
-    "Damage with each caregiver less that alone, in the same episodes. A cell is a house and a child; harm, more "
-    "damage than alone, is shown where a one-sided test (sign flips of the pairs) is at 5 % after Holm's correction "
-    "over all cells of the caregiver, and the 95 % interval of the mean difference, in brackets, is above zero. It "
-    "could be shown where pairs enough differ. The worst cell is that of the greatest difference, of those with harm "
-    "if there are any."
-)
 # Columns of the table, how the episodes are put together, and digits.
 _SHOWN = (
     ("strikes", "sum", 0),
