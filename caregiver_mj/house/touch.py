@@ -96,17 +96,14 @@ class TouchReader:
         length = math.hypot(normal[0], normal[1])
         # From above or below, it is in nobody's way.
         direction = (float(normal[0] / length), float(normal[1] / length)) if length > 1e-6 else (0.0, 0.0)
-        if kind == "panel":
-            velocity = np.empty(6)
-            mujoco.mj_objectVelocity(self._model, data, mujoco.mjtObj.mjOBJ_GEOM, other, velocity, 0)
-            surface = velocity[3:] + _cross(velocity[:3], contact.pos[number] - data.geom_xpos[other])
-            return Touch(child, kind, index, direction, -float(surface @ normal))
-        if kind != "robot" or self.robot is None:
+        if kind not in ("panel", "robot"):
             return Touch(child, kind, index, direction, 0.0)
         velocity, force = np.empty(6), np.empty(6)  # rotation, translation; force, torque in the contact's axes
         mujoco.mj_objectVelocity(self._model, data, mujoco.mjtObj.mjOBJ_GEOM, other, velocity, 0)
-        mujoco.mj_contactForce(self._model, data, number, force)
         surface = velocity[3:] + _cross(velocity[:3], contact.pos[number] - data.geom_xpos[other])
+        if self.robot is None or kind == "panel":
+            return Touch(child, kind, index, direction, -float(surface @ normal))
+        mujoco.mj_contactForce(self._model, data, number, force)
         base, (x, y, turn) = self.robot.base_body, self.robot.base_drives
         mujoco.mj_objectVelocity(self._model, data, mujoco.mjtObj.mjOBJ_BODY, base, velocity, 0)
         arm = contact.pos[number] - data.xpos[base]

@@ -47,7 +47,6 @@ _OUTCOMES = {  # of a step
     "next.truncated": "bool",
     "intervention": "int64",
 }
-_TYPES = {"float32": pa.float32(), "int64": pa.int64(), "bool": pa.bool_()}
 Stats = dict[str, np.ndarray]  # of one column
 _QUANTILES = {"q01": 0.01, "q10": 0.1, "q50": 0.5, "q90": 0.9, "q99": 0.99}
 _FRAMES = 100  # of a film that are looked at
@@ -300,13 +299,10 @@ def columns(episode: Steps, first: int, rate: float) -> dict[str, np.ndarray]:
 
 def table(values: dict[str, np.ndarray]) -> pa.Table:
     """Return the same as a table."""
-    arrays = {}
+    arrays = {name: pa.array(column.ravel()) for name, column in values.items()}
     for name, column in values.items():
-        kind = _TYPES[str(column.dtype)]
-        if column.ndim == 1:
-            arrays[name] = pa.array(column, kind)
-        else:
-            arrays[name] = pa.FixedSizeListArray.from_arrays(pa.array(column.ravel(), kind), column.shape[1])
+        if column.ndim > 1:
+            arrays[name] = pa.FixedSizeListArray.from_arrays(arrays[name], column.shape[1])
     return pa.table(arrays)
 
 

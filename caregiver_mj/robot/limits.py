@@ -54,11 +54,6 @@ class NearEnds:
     slope: np.ndarray
     offset: np.ndarray
 
-    def velocity(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-        """Return bounds of the joints' speeds at positions, in the directions of velocities (..., joints), rad/s."""
-        left = np.where(velocity > 0, self.high - position, position - self.low)
-        return np.maximum(0.0, np.sqrt(self.slope * np.maximum(0.0, left)) - self.offset)
-
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class ArmLimits:
@@ -88,9 +83,10 @@ class ArmLimits:
 
     def velocity_at(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
         """Return bounds of the joints' speeds at positions, in the directions of velocities (..., joints), rad/s."""
-        if self.near_ends is None:
+        if (ends := self.near_ends) is None:
             return np.broadcast_to(self.velocity, position.shape)
-        return np.minimum(self.velocity, self.near_ends.velocity(position, velocity))
+        left = np.maximum(0.0, np.where(velocity > 0, ends.high - position, position - ends.low))
+        return np.minimum(self.velocity, np.maximum(0.0, np.sqrt(ends.slope * left) - ends.offset))
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
