@@ -24,12 +24,6 @@ from caregiver_mj.robot.embodiment import DEFAULT
 EXECUTORS = ("local", "dask")
 
 
-def add_house(command: argparse.ArgumentParser) -> None:
-    """Add the options that say which house it is, for `read_house`."""
-    _add_house(command)
-    _add_damage(command)
-
-
 def _add_house(command: argparse._ActionsContainer) -> None:
     command.add_argument("--house", default="paper", metavar="NAME|FILE", help=houses())
 
@@ -44,7 +38,7 @@ def _add_damage(command: argparse.ArgumentParser) -> None:
 
 
 def read_house(arguments: argparse.Namespace) -> FloorPlan:
-    """Return the house that `add_house`'s options say."""
+    """Return the house that `add_who`'s options say."""
     return FloorPlan.load(arguments.house, damage=arguments.damage)
 
 
@@ -71,7 +65,8 @@ def read_houses(arguments: argparse.Namespace) -> tuple[FloorPlan, ...]:
 
 def add_who(command: argparse.ArgumentParser, caregiver: str, others: str = "") -> None:
     """Add which house it is, which children are there, and who takes care of them; `others` may do so, too."""
-    add_house(command)
+    _add_house(command)
+    _add_damage(command)
     command.add_argument(
         "--epsilon",
         default="0.5",

@@ -61,14 +61,13 @@ def damage_left(novices: Sequence[str], series: Sequence[Series], floor: Series 
         figure, axes = single()
         tallest = max(np.nanmax([*s.high, *s.mean, 0]) for s in series)
         known = max(1.0, *(np.nanmax([*s.mean, 0]) for s in series))
-        top = max(1.15, 1.05 * known, min(1.05 * tallest, _HIGHEST))
-        keys = _markers(axes, series, top)
+        axes.set(ylabel="damage left", ylim=(0, max(1.15, 1.05 * known, min(1.05 * tallest, _HIGHEST))))
+        keys = _of_alone(axes, novices, series)
         if floor is not None:
-            keys["floor"] = axes.hlines(
-                floor.mean, np.arange(len(novices)) - 0.4, np.arange(len(novices)) + 0.4, **FLOOR_LINE
-            )
-        _finish(figure, axes, novices, "damage left", (0, top), keys)
+            places = np.arange(len(novices))
+            keys["floor"] = axes.hlines(floor.mean, places - 0.4, places + 0.4, **FLOOR_LINE)
         axes.text(len(novices) - 0.52, 1.015, "no caregiver", ha="right", va="bottom", color=INK, fontsize=9)
+        explain(figure, keys)
     return figure
 
 
@@ -78,15 +77,16 @@ def toys_kept(novices: Sequence[str], series: Sequence[Series], margin: float) -
         figure, axes = single(0.8 * HEIGHT)
         known = [mean for one in series for mean in one.mean if np.isfinite(mean)] or [1.0]
         bottom, top = max(0.0, min(0.85, min(known) - 0.1)), min(_HIGHEST, max(1.15, max(known) + 0.1))
-        keys = _markers(axes, series, top, bottom)
+        axes.set(ylabel="toys kept", ylim=(bottom, top))
+        keys = _of_alone(axes, novices, series)
         keys[f"{100 * margin:g} % lost"] = axes.axhline(1 - margin, **FLOOR_LINE)
-        _finish(figure, axes, novices, "toys kept", (bottom, top), keys)
+        explain(figure, keys)
     return figure
 
 
-def _markers(axes: Axes, series: Sequence[Series], top: float, bottom: float = 0.0) -> dict[str, Any]:
-    """Draw means and intervals side by side; return what to explain of them."""
-    places = np.arange(len(series[0].mean))
+def _of_alone(axes: Axes, novices: Sequence[str], series: Sequence[Series]) -> dict[str, Any]:
+    """Draw means and intervals side by side, with a line where it is as without; return what to explain of them."""
+    places, (bottom, top) = np.arange(len(novices)), axes.get_ylim()
     published = next((s.published for s in series if s.published is not None), np.full(len(places), np.nan))
     count = len(series) + bool(np.isfinite(published).any())
     offsets = (np.arange(count) - (count - 1) / 2) * min(0.18, 0.7 / count)
@@ -101,22 +101,10 @@ def _markers(axes: Axes, series: Sequence[Series], top: float, bottom: float = 0
         )[0]
     if count > len(series):
         keys["published"] = axes.plot(places + offsets[-1], published, **PUBLISHED)[0]
-    return keys
-
-
-def _finish(
-    figure: Figure,
-    axes: Axes,
-    novices: Sequence[str],
-    quantity: str,
-    limits: tuple[float, float],
-    keys: Mapping[str, Any],
-) -> None:
-    """Draw the line of no caregiver, and say what is what."""
     axes.axhline(1.0, color=unit(ALONE), linewidth=1.6)
-    axes.set_xticks(np.arange(len(novices)), novices)
-    axes.set(xlim=(-0.5, len(novices) - 0.5), ylim=limits, ylabel=quantity)
-    explain(figure, keys)
+    axes.set_xticks(places, novices)
+    axes.set_xlim(-0.5, len(novices) - 0.5)
+    return keys
 
 
 def bars(novices: Sequence[str], alone: Series, guarded: Series, quantity: str, top: float | None = None) -> Figure:

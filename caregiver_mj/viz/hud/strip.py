@@ -51,12 +51,11 @@ def _draw_gauges(image: Image.Image, area: Area, state: HudState) -> None:
     _gauge(image, area, area.top, "TIMESTEP", f"{state.timestep} / {EPISODE_TIMESTEPS}", elapsed, LABEL)
     lower = area.top + area.row
     safe = state.children[0].safe
-    if all(child.safe is None for child in state.children):
-        _gauge(image, area, lower, _SAFE, "not estimated", 0.0, colours.ROBOT)
-    elif len(state.children) == 1 and safe is not None:
-        _gauge(image, area, lower, _SAFE, f"{safe:.2f}", safe, colours.ROBOT)
-    else:
+    if len(state.children) > 1 and any(child.safe is not None for child in state.children):
         _gauges(image, area, lower, state.children)
+    else:
+        text = "not estimated" if safe is None else f"{safe:.2f}"
+        _gauge(image, area, lower, _SAFE, text, safe or 0.0, colours.ROBOT)
 
 
 def _gauge(image: Image.Image, area: Area, top: int, label: str, value: str, share: float, colour: Colour) -> None:
