@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import numbers
 from typing import Any
 
@@ -44,6 +45,14 @@ def check_integer(what: str, value: Any, least: int, most: int | None = None) ->
     if not isinstance(value, numbers.Integral) or int(value) < least or (most is not None and int(value) > most):
         room = f"of at least {least}" if most is None else f"from {least} to {most}"
         raise CaregiverError(f"{what} must be an integer {room}, got {value!r}")
+
+
+def check_number(what: str, value: Any, least: float, most: float = math.inf) -> None:
+    """Raise CaregiverError unless a value is a finite number from least to most."""
+    is_number = isinstance(value, numbers.Real) and not isinstance(value, bool)
+    if not (is_number and least <= value <= most and value < math.inf):
+        room = f"{least:g} or more" if most == math.inf else f"in {least:g} to {most:.3g}"
+        raise CaregiverError(f"{what} must be {room}, got {value!r}")
 
 
 def check_kind(what: str, value: Any, *kinds: type, advice: str = "") -> None:

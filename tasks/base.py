@@ -16,7 +16,7 @@ from caregiver_mj.caregivers.told import Truth
 from caregiver_mj.children.family import Family, Who
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape, start_cells
 from caregiver_mj.children.walk import WALKING_SPEED, novice_timestep
-from caregiver_mj.errors import CaregiverError, check_kind
+from caregiver_mj.errors import CaregiverError, check_kind, check_number
 from caregiver_mj.house.candles import Candles, watch_candle
 from caregiver_mj.house.children import Children
 from caregiver_mj.house.eyes import Eyes
@@ -158,8 +158,8 @@ class CareTask(control.Task):
         check_kind("compliant_children", compliant_children, bool)
         _check_timestep(control_timestep, plan)
         room = max(0.0, plan.cell_size / 2 - layout.TABLE_HALF_SIZE)  # of a table in its cell
-        _check_offset("candle_offset", candle_offset, layout.TABLE_HALF_SIZE)
-        _check_offset("table_offset", table_offset, room)
+        check_number("candle_offset, in metres,", candle_offset, 0, layout.TABLE_HALF_SIZE)
+        check_number("table_offset, in metres,", table_offset, 0, room)
         self.reseed(random)
         self.plan, self.family = plan, Family.of(family)
         self.has_robot, self.embodiment = robot, find_embodiment(embodiment)
@@ -413,12 +413,6 @@ def _check_timestep(seconds: float, plan: FloorPlan) -> None:
         raise CaregiverError(
             f"control_timestep must be positive and no longer than a child's move, {move:.3g} s, got {seconds!r}"
         )
-
-
-def _check_offset(name: str, metres: float, most: float) -> None:
-    """Raise CaregiverError unless a candle stays on its table, and a table in its cell."""
-    if not (isinstance(metres, numbers.Real) and 0 <= metres <= most):
-        raise CaregiverError(f"{name} must be in 0 to {most:.3g} m, got {metres!r}")
 
 
 def _draw_heights(height: float | Sequence[float] | None, tables: int, random: np.random.RandomState) -> np.ndarray:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from caregiver_mj.caregivers.registry import PLAYERS, find_caregiver
 from caregiver_mj.children.family import NOVICE
 from caregiver_mj.cli import parsing
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.errors import CaregiverError, check_integer
 from caregiver_mj.experiments.provenance import origins, source_digest, versions
 from caregiver_mj.experiments.run_folder import RunFolder, StorageError
 from caregiver_mj.experiments.settings import episode_seed
@@ -63,10 +63,8 @@ def add_record(command: argparse.ArgumentParser) -> None:
 
 
 def _run(arguments: argparse.Namespace) -> None:
-    if not 1 <= arguments.episodes <= _MOST_EPISODES:
-        raise CaregiverError(f"episodes must be 1 to {_MOST_EPISODES:,}, got {arguments.episodes}")
-    if arguments.seed < 0:
-        raise CaregiverError(f"seed must be at least 0, got {arguments.seed}")
+    check_integer("episodes", arguments.episodes, 1, _MOST_EPISODES)
+    check_integer("seed", arguments.seed, 0)
     if arguments.seconds is not None and not 0 < arguments.seconds <= _MOST_SECONDS:
         raise CaregiverError(f"seconds must be a positive number of at most {_MOST_SECONDS}, got {arguments.seconds}")
     if not arguments.out:

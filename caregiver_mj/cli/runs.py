@@ -62,7 +62,6 @@ def add_report(command: argparse.ArgumentParser) -> None:
 def add_compare(command: argparse.ArgumentParser) -> None:
     """Add the options of `compare`."""
     command.set_defaults(run=_compare)
-    command.description = "Print the results of the second run less those of the first, paired by episode."
     command.add_argument("folders", nargs=2, metavar="DIR", help="folder of a run")
     command.add_argument(
         "--caregiver",
@@ -77,7 +76,6 @@ def add_compare(command: argparse.ArgumentParser) -> None:
 def add_pool(command: argparse.ArgumentParser) -> None:
     """Add the options of `pool`."""
     command.set_defaults(run=_pool)
-    command.description = "Make one run of the episodes of several."
     command.add_argument(
         "folders", nargs="+", metavar="DIR", help="folder of a run; all settings but the seed must be the same"
     )
@@ -88,7 +86,6 @@ def add_pool(command: argparse.ArgumentParser) -> None:
 def add_submit(command: argparse.ArgumentParser) -> None:
     """Add the options of `submit`."""
     command.set_defaults(run=_submit)
-    command.description = "Pack a finished run, and what its caregivers answered, into one file."
     command.add_argument("folder", metavar="DIR", help="folder of the run")
     command.add_argument("--out", required=True, metavar="FILE.submission", help="file to write")
     command.add_argument("--title", default="", metavar="TEXT", help="what it is to be called")
@@ -99,7 +96,6 @@ def add_submit(command: argparse.ArgumentParser) -> None:
 def add_verify(command: argparse.ArgumentParser) -> None:
     """Add the options of `verify`."""
     command.set_defaults(run=_verify)
-    command.description = "Give the answers of a file again, with no caregiver present: every row has to come back."
     command.add_argument("files", nargs="+", metavar="FILE.submission", help="file to verify")
     parsing.add_executor(command)
 
@@ -107,7 +103,6 @@ def add_verify(command: argparse.ArgumentParser) -> None:
 def add_leaderboard(command: argparse.ArgumentParser) -> None:
     """Add the options of `leaderboard`."""
     command.set_defaults(run=_leaderboard)
-    command.description = "Verify all files of a folder, and print a table for each track in Markdown."
     command.add_argument("folder", metavar="DIR", help="folder with FILE.submission")
     parsing.add_executor(command)
 

@@ -175,7 +175,8 @@ class HouseChild:
 
     def hurt(self, kind: str) -> None:
         """Take in that it hurts itself at a kind of thing."""
-        self.move.hurt(kind, self._damage[kind])
+        if (damage := self._damage[kind]) > self.move.harm:  # only the worst of a timestep counts
+            self.move.harm, self.move.kind = damage, kind
 
     def end(self) -> Booking:
         """End the move, and return what came of it."""
@@ -246,11 +247,6 @@ class Move:
     reached_toy: bool = False
     met_robot: bool = False
     entered: bool | None = False
-
-    def hurt(self, kind: str, damage: float) -> None:
-        """Take note of a harm; only the worst one of a timestep counts."""
-        if damage > self.harm:
-            self.harm, self.kind = damage, kind
 
     def booking(self, ended: int) -> Booking:
         """Return what came of it, once it has ended in a free cell."""

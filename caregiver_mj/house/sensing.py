@@ -5,14 +5,13 @@ from __future__ import annotations
 import collections
 import dataclasses
 import math
-import numbers
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.errors import CaregiverError, check_number
 from caregiver_mj.plans import layout
 from caregiver_mj.robot.view import loose, off_table
 
@@ -73,7 +72,7 @@ class Sensing:
         """
         sensing = value if isinstance(value, cls) else cls(**_known("sensing", cls, {} if value is None else value))
         candle, child, base = (_blur(name, getattr(sensing, name)) for name in KINDS)
-        _check("delay", sensing.delay, LONGEST_DELAY)
+        check_number("sensing: delay", sensing.delay, 0, LONGEST_DELAY)
         return dataclasses.replace(sensing, candle=candle, child=child, base=base)
 
     @property
@@ -89,8 +88,8 @@ class Sensing:
 def _blur(kind: str, value: Blur | Mapping[str, Any]) -> Blur:
     blur = value if isinstance(value, Blur) else Blur(**_known(f"sensing: {kind}", Blur, value))
     for field in dataclasses.fields(Blur):
-        most = _OFTENEST if field.name == "dropout" else None
-        _check(f"{kind}.{field.name}", getattr(blur, field.name), most)
+        most = _OFTENEST if field.name == "dropout" else math.inf
+        check_number(f"sensing: {kind}.{field.name}", getattr(blur, field.name), 0, most)
     if kind == "candle" and blur.velocity_noise:
         raise CaregiverError("sensing: candle.velocity_noise must be left out: no velocity of a candle is observed")
     return blur
@@ -105,14 +104,6 @@ def _known(what: str, cls: type, value: Any) -> Mapping[str, Any]:
         if name not in names:
             raise CaregiverError(f"{what} has no '{name}': there are {', '.join(names)}")
     return value
-
-
-def _check(name: str, value: Any, most: float | None) -> None:
-    """Raise CaregiverError unless a number is in 0 to a bound, or any finite one from 0 on."""
-    number = isinstance(value, numbers.Real) and not isinstance(value, bool)
-    if not (number and 0 <= value < float("inf") and (most is None or value <= most)):
-        span = "0 or more" if most is None else f"in 0 to {most:g}"
-        raise CaregiverError(f"sensing: {name} must be {span}, got {value!r}")
 
 
 class _Eye:

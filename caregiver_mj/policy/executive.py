@@ -10,7 +10,6 @@ from caregiver_mj.caregivers.caregiver import Caregiver, answer
 from caregiver_mj.caregivers.percept import Assessment, Percept
 from caregiver_mj.caregivers.told import ToldCaregiver, Truth
 from caregiver_mj.interventions.verb import LOOK, Intervention, half_of, verb_of
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, State
 from caregiver_mj.policy.perception import Perception
 from caregiver_mj.policy.routines import LEFT_LYING, PASSED_OVER, ROUTINES, Means, PassedOver, Routine
@@ -36,7 +35,6 @@ class Executive:
 
     def __init__(
         self,
-        plan: FloorPlan,
         caregiver: Caregiver,
         perception: Perception,
         navigator: Navigator,
@@ -44,13 +42,13 @@ class Executive:
         novice_timestep: float,
         truth: Callable[[], Truth] | None = None,
     ):
-        self._plan, self._caregiver, self._perception, self._truth = plan, caregiver, perception, truth
+        self._caregiver, self._perception, self._truth = caregiver, perception, truth
         self._means = Means(
-            plan=plan,
+            plan=navigator.plan,
             navigator=navigator,
             retrievals=retrievals,
             novice_timestep=novice_timestep,
-            passed_over=PassedOver(len(plan.hazards)),
+            passed_over=PassedOver(len(navigator.plan.hazards)),
             destination=self._destination,
             takes_orders=caregiver.takes_orders,
         )

@@ -128,7 +128,7 @@ class CaregiverPolicy:
         self._retrievals = RetrievalPlanner(navigator, lambda: _make_scene(self.plan, embodiment, self._heights))
         self.caregiver.pace = robot_pace(navigator, info.novice_timestep, self._timestep)
         self.executive = Executive(
-            self.plan, self.caregiver, self._perception, navigator, self._retrievals, info.novice_timestep, truth
+            self.caregiver, self._perception, navigator, self._retrievals, info.novice_timestep, truth
         )
         # As it will be seen: what takes so long must not wait for the first observation.
         self._perception.table_heights = info.table_heights

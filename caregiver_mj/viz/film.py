@@ -15,7 +15,7 @@ from PIL import Image
 
 from caregiver_mj.caregivers.registry import check_acts_alone
 from caregiver_mj.children.family import Family
-from caregiver_mj.errors import CaregiverError, check_kind
+from caregiver_mj.errors import CaregiverError, check_kind, check_number
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.own import OwnPolicy
 from caregiver_mj.recording.video import video_writer
@@ -173,8 +173,7 @@ def _check_picture(width: int, height: int, fps: float, seconds: float) -> None:
     for what, size, smallest, largest in zip(("width", "height"), (width, height), _SMALLEST, _LARGEST, strict=True):
         if not isinstance(size, numbers.Integral) or size % 2 or not smallest <= size <= largest:
             raise CaregiverError(f"{what} must be an even number of pixels from {smallest} to {largest}, got {size!r}")
-    if not (isinstance(fps, numbers.Real) and 1.0 <= fps <= 120.0):
-        raise CaregiverError(f"fps must be in 1 to 120, got {fps}")
+    check_number("fps", fps, 1, 120)
     if not (isinstance(seconds, numbers.Real) and math.isfinite(seconds) and seconds > 0):
         raise CaregiverError(f"seconds must be a positive number, got {seconds}")
     if seconds > LONGEST:

@@ -67,7 +67,7 @@ def test_a_data_set_of_ones_own_house_is_recovered_in_another_folder(tmp_path, m
         (["--format", "lerobot", "--size", "33x40"], "must be even"),
         (
             ["--format", "lerobot", "--episodes", "99999999999999"],
-            "episodes must be 1 to 1,000,000, got 99999999999999",
+            "episodes must be an integer from 1 to 1000000, got 99999999999999",
         ),
         (["--format", "lerobot", "--caregiver", "none"], "caregiver must be one that acts, got 'none'"),
         (["--format", "minari", "--world", "grid", "--task", "targets", "--embodiment", "butler"], "no robot 'butler'"),

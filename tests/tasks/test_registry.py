@@ -111,7 +111,7 @@ def test_what_it_needs_is_seen_to():
     [
         ({"environment_kwargs": {"time_limit": 3}}, "must be without time_limit: give it in task_kwargs"),
         ({"task_kwargs": {"colour": "red"}}, "task_kwargs: got an unexpected keyword argument 'colour'"),
-        ({"task_kwargs": {"candle_offset": 5}}, "candle_offset must be in 0 to 0.27 m, got 5"),
+        ({"task_kwargs": {"candle_offset": 5}}, "candle_offset, in metres, must be in 0 to 0.27, got 5"),
         ({"task_kwargs": {"control_timestep": 0}}, "control_timestep must be positive .* got 0"),
         ({"task_kwargs": {"control_timestep": 3.0}}, "no longer than a child's move, 1.69 s, got 3.0"),
         ({"task_kwargs": {"control_timestep": 0.007}}, "multiple of physics timestep"),

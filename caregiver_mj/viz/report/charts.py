@@ -55,11 +55,6 @@ def charts(run: Run) -> list[Picture]:
     return pictures
 
 
-def bounded(run: Run) -> bool:
-    """Return whether there are intervals in them: where an episode is the only one, nothing bounds its mean."""
-    return any(row["damage_ci_high"] is not None for row in run.summary["rows"])
-
-
 def left_series(run: Run, caregiver: str, label: str, families: Sequence[str], of: str = "damage") -> Series:
     """Return the share of the damage, or of the toys reached, that a caregiver leaves with each of some families."""
     rows = [run.comparison(caregiver, "none", family) or {} for family in families]

@@ -22,7 +22,7 @@ from caregiver_mj.recording.record import DAMAGE_THRESHOLD
 from caregiver_mj.viz import colours, figures
 from caregiver_mj.viz.colours import Colour
 from caregiver_mj.viz.report import published, tables
-from caregiver_mj.viz.report.charts import bounded, charts, maps
+from caregiver_mj.viz.report.charts import charts, maps
 from caregiver_mj.viz.report.child import child, published_stop
 from caregiver_mj.viz.report.left import kinds, left, side_by_side
 from caregiver_mj.viz.report.run import Run, read_run
@@ -137,7 +137,8 @@ def section(run: Run) -> dict[str, Any]:
         "nouns": run.nouns,
         "several": run.several,
         "cited": published.compares_with(run),
-        "bounded": bounded(run),
+        # Where an episode is the only one, nothing bounds its mean.
+        "bounded": any(row["damage_ci_high"] is not None for row in run.summary["rows"]),
         "harm": harm(run),
         "headline": headline(run),
         "contacts": contacts(run),
