@@ -102,6 +102,19 @@ def modules_of_the_folder() -> Iterator[None]:
         sys.path[:] = before
 
 
+@contextlib.contextmanager
+def environment(name: str, value: str) -> Iterator[None]:
+    """Have an environment variable be so within, for libraries that look there."""
+    before = os.environ.get(name)
+    os.environ[name] = value
+    try:
+        yield
+    finally:
+        del os.environ[name]
+        if before is not None:
+            os.environ[name] = before
+
+
 def named_object(name: str) -> Any:
     """Load an object of somebody's module, as `module:object`.
 

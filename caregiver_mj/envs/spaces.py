@@ -8,10 +8,9 @@ import numpy as np
 from gymnasium import spaces
 
 from caregiver_mj.caregivers.target_observation import Encoder
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.errors import LARGEST_SEED, CaregiverError, check_integer
 
 STRIKE_COST = 1.0  # of a contact with a part of the robot that moves towards the child, beside what comes of it
-_SEEDS = 2**32  # as many as a `RandomState` takes
 
 
 def observation_space(encoder: Encoder) -> spaces.Space[Any]:
@@ -50,9 +49,8 @@ def episode_seed(seed: int | None, random: np.random.Generator) -> int:
         CaregiverError: There is no episode of that seed.
     """
     if seed is None:
-        return int(random.integers(_SEEDS))
-    if not 0 <= seed < _SEEDS:
-        raise CaregiverError(f"the seed of an episode must be 0 to {_SEEDS - 1}, got {seed}")
+        return int(random.integers(LARGEST_SEED + 1))
+    check_integer("the seed of an episode", seed, 0, LARGEST_SEED)
     return int(seed)
 
 

@@ -16,10 +16,11 @@ import ctypes
 import functools
 import os
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 from caregiver_mj.errors import CaregiverError, RenderingError
+from caregiver_mj.registry import environment
 
 _MUJOCO_GL = "MUJOCO_GL"
 _OFF = ("off", "disable", "disabled", "false", "0")  # MuJoCo's words for no rendering
@@ -27,25 +28,12 @@ _ON = ("on", "enable", "enabled", "true", "1")  # and for any
 _ADVICE = "install one (Debian: apt-get install libegl1 libgl1-mesa-dri, or libosmesa6)"
 
 
-@contextlib.contextmanager
-def _rendering_off() -> Iterator[None]:
-    """Within, the environment tells libraries that are imported not to bring up OpenGL."""
-    wish = os.environ.get(_MUJOCO_GL)
-    os.environ[_MUJOCO_GL] = "off"
-    try:
-        yield
-    finally:
-        del os.environ[_MUJOCO_GL]
-        if wish is not None:
-            os.environ[_MUJOCO_GL] = wish
-
-
 try:
     import mujoco
 except Exception:  # it brings up OpenGL at import if MUJOCO_GL is set, and fails with whatever it stumbles over
-    with _rendering_off():
+    with environment(_MUJOCO_GL, "off"):
         import mujoco
-with _rendering_off():
+with environment(_MUJOCO_GL, "off"):  # tells libraries that are imported not to bring up OpenGL
     from dm_control import _render
     from dm_control._render import base, executor
     from dm_control.mujoco import engine, wrapper

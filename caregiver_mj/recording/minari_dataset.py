@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
 import pathlib
 import shutil
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +13,7 @@ import numpy as np
 from caregiver_mj.errors import CaregiverError, MissingExtraError
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.recording.steps import About, Steps
+from caregiver_mj.registry import environment
 
 if TYPE_CHECKING:
     import gymnasium
@@ -65,7 +64,7 @@ def write_minari(
     shutil.rmtree(unfinished, ignore_errors=True)
     unfinished.mkdir(parents=True)
     dataset = None
-    with _root(unfinished), warnings.catch_warnings():
+    with environment(_ROOT, str(unfinished)), warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # that there is neither author nor permanent link
         for episode in episodes:
             buffer = [_buffer(episode)]
@@ -119,16 +118,3 @@ def _buffer(episode: Steps) -> Any:
         truncations=last & (not episode.terminated),
         infos=infos,
     )
-
-
-@contextlib.contextmanager
-def _root(path: pathlib.Path) -> Iterator[None]:
-    before = os.environ.get(_ROOT)
-    os.environ[_ROOT] = str(path)
-    try:
-        yield
-    finally:
-        if before is None:
-            del os.environ[_ROOT]
-        else:
-            os.environ[_ROOT] = before

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from made_runs import DAMAGE, FAMILIES, PAPER, TINY, write_run
 
-from caregiver_mj.viz import report
+from caregiver_mj.viz import film, report
 from caregiver_mj.viz.report.left import side_by_side
 from caregiver_mj.viz.report.page import make_film
 from caregiver_mj.viz.report.tables import children_table
@@ -34,25 +34,31 @@ def test_single_children_and_families_beside_each_other(run, tmp_path):
     assert [row[3] for row in table.rows] == ["–"] * 4
 
 
-def filmed(runs, tmp_path):
-    """What is asked to be filmed."""
-    asked = {}
-    film = make_film(runs, tmp_path, lambda path, **settings: asked.update(path=path, **settings))
-    assert asked["path"] == film.path == tmp_path / "report.mp4"
-    return asked, film.caption
+@pytest.fixture
+def filmed(monkeypatch, tmp_path):
+    """Tells what is asked to be filmed of some runs."""
+
+    def asked_of(runs):
+        asked = {}
+        monkeypatch.setattr(film, "render_episode", lambda path, **settings: asked.update(path=path, **settings))
+        made = make_film(runs, tmp_path)
+        assert asked["path"] == made.path == tmp_path / "report.mp4"
+        return asked, made.caption
+
+    return asked_of
 
 
-def test_the_filmed_episode_is_the_first_of_the_run(run, tmp_path):
-    asked, caption = filmed([report.read_run(run)], tmp_path)
+def test_the_filmed_episode_is_the_first_of_the_run(run, filmed):
+    asked, caption = filmed([report.read_run(run)])
     wanted = {"house": PAPER, "epsilon": "1,0.5", "seed": 7, "episode": 0, "caregiver": "paper"}
     assert {name: asked[name] for name in wanted} == wanted
     assert caption == "Episode 0 of the run, 100 % and 50 % random, caregiver paper"
 
 
-def test_a_run_in_the_house_is_filmed_before_one_in_the_grid(run, tmp_path):
+def test_a_run_in_the_house_is_filmed_before_one_in_the_grid(run, filmed, tmp_path):
     grid = report.read_run(write_run(tmp_path / "grid", plan=TINY))
     house = report.read_run(run)
-    assert filmed([grid, house], tmp_path)[0]["house"] == PAPER
-    asked, caption = filmed([grid], tmp_path)
+    assert filmed([grid, house])[0]["house"] == PAPER
+    asked, caption = filmed([grid])
     assert (asked["house"], asked["epsilon"]) == (TINY, "0.25")
     assert caption == "Episode 0 with the children of the run in the grid, 25 % random, caregiver paper"

@@ -6,7 +6,7 @@ import base64
 import dataclasses
 import os
 import pathlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import jinja2
@@ -212,12 +212,10 @@ class Film:
         return f"data:video/mp4;base64,{base64.b64encode(content).decode()}"
 
 
-def make_film(runs: Sequence[Run], folder: str | os.PathLike[str], render: Callable[..., None] | None = None) -> Film:
-    """Film the first episode of a run of a report into a folder, with `film.render_episode` unless it is `render`."""
-    if render is None:
-        from caregiver_mj.viz.film import render_episode  # takes a second to import, and OpenGL to run
+def make_film(runs: Sequence[Run], folder: str | os.PathLike[str]) -> Film:
+    """Film the first episode of a run of a report into a folder."""
+    from caregiver_mj.viz import film  # takes a second to import, and OpenGL to run
 
-        render = render_episode
     # One in the house, else the first one, whose children can walk there too.
     run = next((run for run in runs if run.settings.world == "house"), runs[0])
 
@@ -226,7 +224,7 @@ def make_film(runs: Sequence[Run], folder: str | os.PathLike[str], render: Calla
 
     family = min(run.families, key=from_typical)
     path = pathlib.Path(folder) / FILM_NAME
-    render(
+    film.render_episode(
         path,
         house=run.settings.plans[0],
         epsilon=family,
