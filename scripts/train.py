@@ -46,7 +46,7 @@ from caregiver_mj.caregivers.foresight.child_model import EPSILONS
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver, each_on_a_table
 from caregiver_mj.caregivers.foresight.options import Cases, Sums
 from caregiver_mj.caregivers.foresight.value_table import candles_at_a_time
-from caregiver_mj.caregivers.learned import OBJECTIVE, LearnedCaregiver, Weights, layers
+from caregiver_mj.caregivers.learned import OBJECTIVE, LearnedCaregiver, Weights, forget_houses, layers
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import bare_tables
 from caregiver_mj.children.tape import Tape
@@ -276,6 +276,7 @@ def judge(house: str, nets: list[Weights], who: list[str], episodes: int) -> np.
     seeds = [*range(episodes)] * len(EPSILONS)
     every = [(name, net) for name in who for net in (nets if name == "learned" else [None])]
     for name, net in every:
+        forget_houses()  # what it is made of for a house counts for each
         caregiver, took = CAREGIVERS[name](plan), [0.0]  # until each decision
         if isinstance(caregiver, LearnedCaregiver):
             caregiver.net = net
