@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import functools
 import json
 import shlex
@@ -67,11 +68,13 @@ def add_evaluate(command: argparse.ArgumentParser) -> None:
 def _run(arguments: argparse.Namespace) -> None:
     budget = arguments.max_calls, arguments.max_tokens
     asked = remote.asking(arguments.out, arguments.base_url, *budget, arguments.thinking, arguments.frames)
-    with asked as tally, parsing.make_executor(arguments) as executor:
+    with contextlib.ExitStack() as within:
+        tally = within.enter_context(asked)
         settings = _settings(arguments)
         if settings.world == "house" and set(settings.caregivers) - {"none", FLOOR}:
             for plan in settings.plans:
                 parsing.warn_of_no_room(plan)
+        executor = within.enter_context(parsing.make_executor(arguments))  # once all else is right
         executor.check(settings.code)
         folder = None
         if arguments.out is not None:
