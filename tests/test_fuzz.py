@@ -14,7 +14,7 @@ import tempfile
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from caregiver_mj import cli
@@ -172,6 +172,7 @@ def run(tmp_path_factory):
 
 @fuzz(1 / 3)
 @given(lines())
+@example(["evaluate", "--out", "\0"])
 def test_command_lines(run, argv):
     places = {name: str(run / name) for name in ("RUN", "NOWHERE", "EMPTY", "FILE", "TINY", "FILE/film.mp4")}
     try:

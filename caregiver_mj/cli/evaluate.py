@@ -69,7 +69,10 @@ def _run(arguments: argparse.Namespace) -> None:
     budget = arguments.max_calls, arguments.max_tokens
     asked = remote.asking(arguments.out, arguments.base_url, *budget, arguments.thinking, arguments.frames)
     with contextlib.ExitStack() as within:
-        tally = within.enter_context(asked)
+        try:
+            tally = within.enter_context(asked)
+        except ValueError as error:  # of the environment, in which they are told
+            raise CaregiverError(f"--out and --base-url must be text that a system takes: {error}") from None
         settings = _settings(arguments)
         if settings.world == "house" and set(settings.caregivers) - {"none", FLOOR}:
             for plan in settings.plans:
