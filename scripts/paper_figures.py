@@ -49,12 +49,17 @@ def sight(left: Rows) -> Figure:
     return damage_left([*seen.values()], [series(name, [rows[sight][name] for sight in seen]) for name in names])
 
 
-def learned(trained: Rows, now: Rows) -> Figure:
-    """Damage left by the rule, by the planner as it is now, and by the policies that learned."""
-    of, planned = ({row["caregiver"]: [*row.values()][1:] for row in rows} for rows in (trained, now))
-    lines = {"rule": of["paper"], "foresight": planned["foresight"], "learned": of["MaskablePPO"]}
-    novices = [title.replace(" random", "") for title in [*trained[0]][1:]]
-    figure = damage_left(novices, [series(*line) for line in lines.items()], series("floor", planned["floor"]))
+def learned(card: Rows, trained: Rows, now: Rows) -> Figure:
+    """Damage left by the rule, by the planner, by what has learned from it in three trainings, and by MaskablePPO."""
+    novices = [title for title in card[0] if title.endswith("random")]
+    of = {row["caregiver"]: np.array([float(row[title]) for title in novices]) for row in card}
+    left = {name: damage / of["alone"] for name, damage in of.items()}
+    seeds = np.array([share for name, share in left.items() if re.match(r"learned, seed", name)])
+    lines = [Series(name, left[name], *np.full((2, len(novices)), np.nan)) for name in ("rule", "foresight")]
+    lines.append(Series("learned, three seeds", left["learned, mean"], seeds.min(axis=0), seeds.max(axis=0)))
+    older, floor = ({row["caregiver"]: [*row.values()][1:] for row in rows} for rows in (trained, now))
+    lines.append(series("MaskablePPO", older["MaskablePPO"]))
+    figure = damage_left([title.replace(" random", "") for title in novices], lines, series("floor", floor["floor"]))
     figure.axes[0].set_xlabel("share of the child's moves that are random")
     return figure
 
@@ -119,7 +124,7 @@ _GRID = ("results/README.md", "### Damage left by each caregiver — Grid, 100 h
 FIGURES: dict[str, tuple[Callable[..., Figure], tuple[tuple[str, str], ...]]] = {  # what is drawn of which tables
     "safe_sight.svg": (sight, (("sight.md", "## What is left"),)),
     "safe_gates.svg": (gates, (("homes.md", "By kind,"), ("homes.md", "## What gates are worth"))),
-    "safe_learned.svg": (learned, (("learning.md", "Damage left, in"), _GRID)),
+    "safe_learned.svg": (learned, (("guide/training.md", "Model card"), ("learning.md", "Damage left, in"), _GRID)),
     "safe_physics.svg": (physics, (("shapes.md", "Mean damage"),)),
 }
 

@@ -1,6 +1,6 @@
 """Train the learned caregiver: DAgger, with `foresight` as the teacher, in the batched grid.
 
-    python scripts/train.py --out runs/learned                  # an hour on two cores
+    python scripts/train.py --out runs/learned                  # 42 minutes on one core
     python scripts/train.py --out runs/learned --minutes 2      # to see it work
     python scripts/train.py --out runs/learned --resume
     python scripts/train.py --out runs/learned --judge          # beside the rule and foresight, in houses kept back
