@@ -46,7 +46,7 @@ from caregiver_mj.caregivers.foresight.child_model import EPSILONS
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver, each_on_a_table
 from caregiver_mj.caregivers.foresight.options import Cases, Sums
 from caregiver_mj.caregivers.foresight.value_table import candles_at_a_time
-from caregiver_mj.caregivers.learned import OBJECTIVE, LearnedCaregiver, Weights, forget_houses, layers
+from caregiver_mj.caregivers.learned import OBJECTIVE, LearnedCaregiver, Weights, layers
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import bare_tables
 from caregiver_mj.children.tape import Tape
@@ -270,13 +270,12 @@ def judge(house: str, nets: list[Weights], who: list[str], episodes: int) -> np.
     the processor until the first decision, with what is made for the house, and of an episode after that: (caregivers,
     5 episodes + 2). The children draw the same with all.
     """
-    plan, found = FloorPlan.load(house), []
+    plan, found, made = FloorPlan.load(house), [], dict[str, float]()
     if not _states(plan):
         return None
     seeds = [*range(episodes)] * len(EPSILONS)
     every = [(name, net) for name in who for net in (nets if name == "learned" else [None])]
     for name, net in every:
-        forget_houses()  # what it is made of for a house counts for each
         caregiver, took = CAREGIVERS[name](plan), [0.0]  # until each decision
         if isinstance(caregiver, LearnedCaregiver):
             caregiver.net = net
@@ -285,7 +284,8 @@ def judge(house: str, nets: list[Weights], who: list[str], episodes: int) -> np.
         world = GridWorld(plan, 0.5, caregiver)
         world.behaviours[0].epsilons = lambda _: np.repeat(EPSILONS, episodes)
         ledger = world.run([Tape.draw_family(np.random.RandomState(seed), 1) for seed in seeds])
-        found.append([*ledger.damage, took[0], sum(took[1:]) / len(seeds)])
+        made.setdefault(name, took[0])  # the first of several networks makes for the others what a house has
+        found.append([*ledger.damage, made[name], sum(took[1:]) / len(seeds)])
     return np.array(found)
 
 

@@ -91,12 +91,6 @@ def _without_candles(plan: FloorPlan, pace: Pace) -> tuple[np.ndarray, np.ndarra
     return np.stack(values), next(iter(tables.values())).possible
 
 
-def forget_houses() -> None:
-    """Have what is made for a house made anew."""
-    _prospects.cache_clear()
-    _without_candles.cache_clear()
-
-
 class LearnedCaregiver(Caregiver):
     """Does what a network scores highest, and thinks better of it when the children have moved, or it is done.
 

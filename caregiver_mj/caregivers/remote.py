@@ -31,6 +31,7 @@ from caregiver_mj.errors import CaregiverError, MissingExtraError, check_integer
 from caregiver_mj.plans.cell_graph import LEGEND
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.registry import environment
 
 if TYPE_CHECKING:
     import httpx2 as httpx
@@ -290,24 +291,21 @@ def asking(
         A function that says how many have been asked, and how many brought an abstention.
 
     Raises:
-        CaregiverError: A number is out of range.
+        CaregiverError: A number is out of range, or a text such that no environment holds it.
     """
     for name, most in (("max_calls", max_calls), ("max_tokens", max_tokens)):
         if most is not None:
             check_integer(name, most, 0)
-    with tempfile.TemporaryDirectory() as aside:
+    with tempfile.TemporaryDirectory() as aside, contextlib.ExitStack() as within:
         folder = pathlib.Path(run or aside) / "exchanges"
         said = {EXCHANGES: str(folder), BASE_URL: base_url, MOST_CALLS: max_calls, MOST_TOKENS: max_tokens}
         said[THINKING], said[FRAMES] = thinking, int(frames) or None
-        before = {name: os.environ.get(name) for name in said}
-        os.environ.update({name: str(value) for name, value in said.items() if value is not None})
-        try:
-            yield functools.partial(_tally, folder)
-        finally:
-            for name, value in before.items():
-                os.environ.pop(name, None)
-                if value is not None:
-                    os.environ[name] = value
+        for name, value in ((name, value) for name, value in said.items() if value is not None):
+            try:
+                within.enter_context(environment(name, str(value)))
+            except ValueError as error:
+                raise CaregiverError(f"{name} must be such as an environment holds, got {value!r}: {error}") from None
+        yield functools.partial(_tally, folder)
 
 
 def _said(name: str, default: float) -> float:

@@ -69,10 +69,7 @@ def _run(arguments: argparse.Namespace) -> None:
     budget = arguments.max_calls, arguments.max_tokens
     asked = remote.asking(arguments.out, arguments.base_url, *budget, arguments.thinking, arguments.frames)
     with contextlib.ExitStack() as within:
-        try:
-            tally = within.enter_context(asked)
-        except ValueError as error:  # of the environment, in which they are told
-            raise CaregiverError(f"--out and --base-url must be text that a system takes: {error}") from None
+        tally = within.enter_context(asked)
         settings = _settings(arguments)
         if settings.world == "house" and set(settings.caregivers) - {"none", FLOOR}:
             for plan in settings.plans:

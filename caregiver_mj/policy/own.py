@@ -20,8 +20,14 @@ from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.registry import check_call, errors_of
 from caregiver_mj.robot.feedback import FollowedVelocity
 
-_KEYS = {"0": "stop", "I": "faster ahead", "K": "slower, then back", "J": "turn left", "L": "turn right"}
 _NOTCHES, _TURN = 4, math.pi / 4  # to its top speed; radians a press
+_KEYS = {  # of each what it does, notches faster, and turns to the left
+    "0": ("stop", None, 0),
+    "I": ("faster ahead", 1, 0),
+    "K": ("slower, then back", -1, 0),
+    "J": ("turn left", 0, 1),
+    "L": ("turn right", 0, -1),
+}
 _YAW_GAIN = 3.0  # from error of heading to rate of turning, 1/s: about the most that does not overshoot
 
 
@@ -96,7 +102,7 @@ class Teleoperation:
         activity: How fast the base is to go.
     """
 
-    keys = tuple((*pair, "") for pair in _KEYS.items())
+    keys = tuple((key, does, "") for key, (does, *_) in _KEYS.items())
 
     def __init__(self, env: control.Environment):
         self._robot, self._timestep = env.task.info.embodiment, env.control_timestep()
@@ -120,10 +126,9 @@ class Teleoperation:
 
     def press(self, key: str) -> None:
         """Do what one of the keys says, from the next action on; others do nothing."""
-        says = {"0": (-self._notch, 0), "I": (1, 0), "K": (-1, 0), "J": (0, 1), "L": (0, -1)}
-        if key in says:
-            faster, left = says[key]
-            self._notch = min(_NOTCHES, max(-_NOTCHES, self._notch + faster))
+        if key in _KEYS:
+            _, faster, left = _KEYS[key]
+            self._notch = 0 if faster is None else min(_NOTCHES, max(-_NOTCHES, self._notch + faster))
             self._yaw = _TURN * (round(self._yaw / _TURN) + left)  # along a wall, or across
 
 
