@@ -55,7 +55,7 @@ def learned(card: Rows, trained: Rows, now: Rows) -> Figure:
     of = {row["caregiver"]: np.array([float(row[title]) for title in novices]) for row in card}
     left = {name: damage / of["alone"] for name, damage in of.items()}
     seeds = np.array([share for name, share in left.items() if re.match(r"learned, seed", name)])
-    lines = [Series(name, left[name], *np.full((2, len(novices)), np.nan)) for name in ("rule", "foresight")]
+    lines = [Series(name, *[left[name]] * 3) for name in ("rule", "foresight")]  # whose one number has no range
     lines.append(Series("learned, three seeds", left["learned, mean"], seeds.min(axis=0), seeds.max(axis=0)))
     older, floor = ({row["caregiver"]: [*row.values()][1:] for row in rows} for rows in (trained, now))
     lines.append(series("MaskablePPO", older["MaskablePPO"]))

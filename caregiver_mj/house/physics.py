@@ -345,10 +345,12 @@ class Physics(OffscreenRendering, engine.Physics):
 
 def _raise_walls(physics: engine.Physics, scene: wrapper.MjvScene) -> None:
     """Have a scene's walls go up to the ceiling."""
-    paint = physics.model.name2id("paint", "material")
+    paint, cap = (physics.model.name2id(name, "material") for name in ("paint", "cap"))
     for geom in scene.geoms:
         if geom.matid == paint:
             geom.pos[2] = geom.size[2] = layout.CEILING / 2
+        elif geom.matid == cap:  # on top of them
+            geom.pos[2] = layout.CEILING
 
 
 def _free_things(model: mujoco.MjModel, where: Where) -> tuple[tuple[HazardKind, ...], np.ndarray]:
