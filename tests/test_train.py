@@ -80,14 +80,16 @@ def test_what_closes_half_of_the_way_is_said_to(capsys):
 def test_runs_are_judged_in_houses_of_ones_own(tmp_path, capsys):
     random = np.random.default_rng(0)
     net = train.begin(*(random.standard_normal((4, size)) for size in (43, 28)), random)
-    for name in ("one", "other"):
+    for name, one in {"one": net, "same": net, "other": net | {"w3": -net["w3"]}}.items():
         (tmp_path / name).mkdir()
-        np.savez(tmp_path / name / "learned.npz", **net)
-    given = ["--out", str(tmp_path / "one"), "--judge", str(tmp_path / "other"), "--jobs", "1", "--episodes", "1"]
+        np.savez(tmp_path / name / "learned.npz", **one)
+    one, same, other = (str(tmp_path / name) for name in ("one", "same", "other"))
+    given = ["--out", one, "--judge", same, other, "--jobs", "1", "--episodes", "1"]
     train.main([*given, "--houses", "shapes-test-1"])
     rows = [line for line in capsys.readouterr().out.splitlines() if line.startswith("| ")]
-    assert [row.split(" |")[0] for row in rows[3:6]] == ["| rule", "| learned, one", "| learned, other"]
-    assert rows[4].split("|")[2:7] == rows[5].split("|")[2:7]  # of the same weights, with the same children
+    assert [row.split(" |")[0] for row in rows[4:7]] == ["| learned, one", "| learned, same", "| learned, other"]
+    damages = [row.split("|")[2:7] for row in rows[4:7]]
+    assert damages[0] == damages[1] != damages[2]  # the children are the same
     with pytest.raises(SystemExit):
         train.main([*given[:3], str(tmp_path / "none")])
     assert "--judge must be of runs that have learned.npz" in capsys.readouterr().err

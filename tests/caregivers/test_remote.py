@@ -4,6 +4,7 @@ import base64
 import hashlib
 import http.server
 import io
+import itertools
 import json
 import threading
 import time
@@ -254,6 +255,28 @@ def test_who_does_not_see_everything_gets_no_view_from_above(server, monkeypatch
     monkeypatch.setenv(remote.FRAMES, "1")
     in_the_house(f"{server.address}/judge", 3.0, sight)
     assert {tuple(body["frames"]) for _, body in server.asked} == {("eye",)}
+
+
+def test_nothing_is_drawn_once_the_budget_is_used_up(server, tmp_path, monkeypatch):
+    drawn, png = [], remote._png
+    monkeypatch.setattr(remote, "_calls", itertools.count(1))
+    monkeypatch.setattr(remote, "_png", lambda image: drawn.append(image) or png(image))
+    for name, value in ((remote.FRAMES, "1"), (remote.MOST_CALLS, "1"), (remote.EXCHANGES, str(tmp_path))):
+        monkeypatch.setenv(name, value)
+    in_the_house(f"{server.address}/judge", 5.0)
+    lines = [json.loads(line) for line in next(tmp_path.glob("*.jsonl")).open()]
+    assert len(lines) > 3
+    assert ["frames" in line["question"] for line in lines] == [True] + [False] * (len(lines) - 1)
+    assert len(drawn) == 2 * 2  # for the first one, and for the one that finds nothing left
+
+
+@pytest.mark.slow
+def test_a_second_run_in_one_process_has_its_own_budget(server, tmp_path):
+    command = ["evaluate", "--caregiver", f"{server.address}/judge", "--epsilon", "0.5", "--episodes", "1"]
+    assert main([*command, "--max-calls", "0"]) == 0
+    assert not server.asked
+    assert main(command) == 0
+    assert server.asked
 
 
 def test_frames_are_refused_where_there_is_no_camera(server, tmp_path, monkeypatch, capsys):
