@@ -12,7 +12,7 @@ from caregiver_mj.caregivers.registry import CAREGIVERS, POLICIES
 from caregiver_mj.children.family import CHILDREN, NOVICE, Family
 from caregiver_mj.cli import PROGRAM
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments.run_folder import StorageError
+from caregiver_mj.experiments.run_folder import RunFolder, StorageError
 from caregiver_mj.experiments.workers import Executor, LocalExecutor
 from caregiver_mj.plans import floor_plan
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -189,6 +189,37 @@ def read_family(epsilon: str, arguments: argparse.Namespace) -> Family:
             f"--epsilon must be of --children {count}, got {epsilon}, which is of {len(family)} children"
         )
     return family.times(count)
+
+
+def add_answers(command: argparse.ArgumentParser, does: str) -> None:
+    """Add the option that says whose answers to give again, for `read_answers`."""
+    command.add_argument("--answers", metavar="DIR", help=f"a run of one house, to {does} what --caregiver did in it")
+
+
+def read_answers(arguments: argparse.Namespace) -> tuple[str, ...]:
+    """Take house, children, seed, robot and sight from --answers; return what its caregiver answered in each episode.
+
+    Raises:
+        CaregiverError: There is no such run, or it has no such answers.
+    """
+    if arguments.answers is None:
+        return ()
+    from caregiver_mj.experiments.finished import read_finished  # needs pandas, a second to import
+
+    run = read_finished(arguments.answers).settings
+    (plan, *more), (family, *others) = run.plans, run.families
+    folder = RunFolder(arguments.answers, run.record(), resume=True)
+    blocks = [block for block in run.blocks() if block.caregiver == arguments.caregiver]
+    answers = tuple(str((folder.read(str(block)) or {}).get("answers", "")) for block in blocks)
+    if more or others or run.world != "house" or not (answers and all(answers)):
+        raise CaregiverError(
+            f"--answers must be a run of one house, not of the grid, with one epsilon, and answers of "
+            f"'{arguments.caregiver}', got '{arguments.answers}'"
+        )
+    arguments.house, arguments.damage, arguments.epsilon = run.file or plan.name, str(plan.damage), str(family)
+    arguments.child, arguments.children = NOVICE, None
+    arguments.seed, arguments.embodiment, arguments.sight = run.seed, run.embodiment, run.sight
+    return answers
 
 
 def warn_of_no_room(plan: FloorPlan) -> None:

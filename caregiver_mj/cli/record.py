@@ -10,7 +10,6 @@ import re
 from typing import TYPE_CHECKING
 
 from caregiver_mj.caregivers.registry import PLAYERS, find_caregiver
-from caregiver_mj.children.family import NOVICE
 from caregiver_mj.cli import parsing
 from caregiver_mj.errors import CaregiverError, check_integer
 from caregiver_mj.experiments.provenance import origins, source_digest, versions
@@ -59,7 +58,7 @@ def add_record(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument("--name", help="name of a Minari data set, as GROUP/NAME-v0 (default: from the settings)")
     command.add_argument("--resume", action="store_true", help="continue an interrupted recording")
-    command.add_argument("--answers", metavar="DIR", help="a run of one house, to record what --caregiver did in it")
+    parsing.add_answers(command, "record")
 
 
 def _run(arguments: argparse.Namespace) -> None:
@@ -69,7 +68,11 @@ def _run(arguments: argparse.Namespace) -> None:
         raise CaregiverError(f"seconds must be a positive number of at most {_MOST_SECONDS}, got {arguments.seconds}")
     if not arguments.out:
         raise CaregiverError("--out must be a folder, got an empty name")
-    answers = () if arguments.answers is None else _answers(arguments)
+    answers = parsing.read_answers(arguments)[: arguments.episodes]
+    if answers:
+        if arguments.sight != "all":
+            raise CaregiverError(f"--answers must be a run with sight all, got {arguments.sight}")
+        arguments.task, arguments.world, arguments.episodes = "supervise", "house", len(answers)
     plan, family = parsing.read_house(arguments), parsing.read_family(arguments.epsilon, arguments)
     from caregiver_mj.envs.recipe import Recipe  # here, for it needs an extra, and MuJoCo
 
@@ -125,26 +128,6 @@ def _run(arguments: argparse.Namespace) -> None:
     write(arguments, recipe, store, name, target)
     store.remove()
     print(target)
-
-
-def _answers(arguments: argparse.Namespace) -> tuple[str, ...]:
-    """Take house, children, seed and robot from --answers, and return what its caregiver answered in each episode."""
-    from caregiver_mj.experiments.finished import read_finished  # needs pandas, a second to import
-
-    run = read_finished(arguments.answers).settings
-    (plan, *more), (family, *others) = run.plans, run.families
-    folder = RunFolder(arguments.answers, run.record(), resume=True)
-    blocks = [block for block in run.blocks() if block.caregiver == arguments.caregiver][: arguments.episodes]
-    answers = tuple(str((folder.read(str(block)) or {}).get("answers", "")) for block in blocks)
-    if more or others or (run.world, run.sight) != ("house", "all") or not (answers and all(answers)):
-        raise CaregiverError(
-            f"--answers must be a run of one house, not of the grid, with one epsilon, sight all and answers of "
-            f"'{arguments.caregiver}', got '{arguments.answers}'"
-        )
-    arguments.house, arguments.damage, arguments.epsilon = run.file or plan.name, str(plan.damage), str(family)
-    arguments.task, arguments.world, arguments.child, arguments.children = "supervise", "house", NOVICE, None
-    arguments.seed, arguments.embodiment, arguments.episodes = run.seed, run.embodiment, len(answers)
-    return answers
 
 
 def _name(recipe: Recipe) -> str:

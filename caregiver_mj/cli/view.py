@@ -36,10 +36,14 @@ _PLAYERS = " or ".join(PLAYERS)
 def add_render(command: argparse.ArgumentParser) -> None:
     """Add the options of `render`."""
     command.set_defaults(run=_render)
-    command.description = "Film an episode of the run that `evaluate` does with the same seed, children and caregiver."
+    command.description = (
+        "Film an episode of the run that `evaluate` does with the same seed, children and caregiver; or of a finished "
+        "one, without asking its caregiver again."
+    )
     command.add_argument("--task", default="supervise", help="name of the task")
     parsing.add_who(command, "expected-danger")
     parsing.add_episode(command)
+    parsing.add_answers(command, "film")
     command.add_argument("--seconds", type=float, default=30.0, help="length of the film at most")
     command.add_argument(
         "--overlay",
@@ -72,10 +76,13 @@ def add_view(command: argparse.ArgumentParser) -> None:
 
 
 def _render(arguments: argparse.Namespace) -> None:
+    answers = parsing.read_answers(arguments)
     plan, family = parsing.read_house(arguments), parsing.read_family(arguments.epsilon, arguments)
     find_caregiver(arguments.caregiver)
     if arguments.seed < 0 or arguments.episode < 0:
         raise CaregiverError(f"seed and episode must be at least 0, got {arguments.seed} and {arguments.episode}")
+    if answers and arguments.episode >= len(answers):
+        raise CaregiverError(f"episode must be below {len(answers)}, as many as --answers has, got {arguments.episode}")
 
     from caregiver_mj.viz import film  # here, for it takes seconds to import
 
@@ -92,6 +99,7 @@ def _render(arguments: argparse.Namespace) -> None:
         sight=arguments.sight,
         overlay=arguments.overlay,
         still=arguments.still,
+        answers=answers[arguments.episode] if answers else "",
     )
     print(arguments.out)
 

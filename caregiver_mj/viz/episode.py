@@ -9,7 +9,7 @@ import shlex
 
 import numpy as np
 
-from caregiver_mj.caregivers.answers import kept, packed
+from caregiver_mj.caregivers.answers import kept, packed, replayed
 from caregiver_mj.caregivers.percept import Assessment
 from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError, check_integer
@@ -151,6 +151,7 @@ class Watched:
         embodiment: Name of the robot.
         sight: What the caregiver has to see with.
         task: One of `caregiver_mj.ALL_TASKS`; evaluations are of "supervise".
+        answers: What is given again in the caregiver's place, see `caregiver_mj.caregivers.answers`, if anything.
     """
 
     house: str | os.PathLike[str] | FloorPlan = "paper"
@@ -162,6 +163,7 @@ class Watched:
     embodiment: str = DEFAULT
     sight: str = "all"
     task: str = "supervise"
+    answers: str = ""
 
     def begin(self, foresees: bool = False) -> Episode:
         """Begin the episode, which may show what the caregiver thinks may be coming.
@@ -176,7 +178,8 @@ class Watched:
         kwargs = {"robot": robot, "embodiment": self.embodiment}
         plan = self.house if isinstance(self.house, FloorPlan) else FloorPlan.load(self.house, damage=self.damage)
         env = load(self.task, house=plan, epsilon=self.family, random=random, task_kwargs=kwargs, sight=self.sight)
-        return Episode(env, make_policy(env, self.caregiver, self.seed) if robot else None, self.family, foresees)
+        who = replayed(plan, self.answers) if self.answers else self.caregiver
+        return Episode(env, make_policy(env, who, self.seed) if robot else None, self.family, foresees)
 
     def options(self) -> str:
         """Return the options that say the same on the command line."""

@@ -106,6 +106,7 @@ def render_episode(
     overlay: str | None = None,
     still: str | os.PathLike[str] | None = None,
     quiet: bool = False,
+    answers: str = "",
     studio: Callable[[Episode, int, int, str, int], Studio] = Studio,
 ) -> None:
     """Film an episode, with what the caregiver knows and does on display.
@@ -134,6 +135,7 @@ def render_episode(
         still: Where to put a picture of a telling moment, `FILE.png`: a child nearest to a candle in the robot's
             hand, or else the middle of the film.
         quiet: Whether to do without the progress bar.
+        answers: What the caregiver has answered in this episode, to be given again in its place, if anything.
         studio: Makes what takes the pictures, of the episode, width, height, camera and length of the trails.
 
     Raises:
@@ -141,13 +143,22 @@ def render_episode(
         RenderingError: There is no OpenGL to render with.
     """
     _check_picture(width, height, fps, seconds)
-    check_acts_alone(caregiver)
+    if not answers:
+        check_acts_alone(caregiver)
     if overlay not in (None, *OVERLAYS):
         raise CaregiverError(f"no overlay '{overlay}': there is {', '.join(OVERLAYS)}")
     path, still = _writable(path, ".mp4"), None if still is None else _writable(still, ".png")
     foresees = overlay == "danger"
     watched = Watched(
-        house, Family.of(epsilon), caregiver, seed, episode, embodiment=embodiment, sight=sight, task=task
+        house,
+        Family.of(epsilon),
+        caregiver,
+        seed,
+        episode,
+        embodiment=embodiment,
+        sight=sight,
+        task=task,
+        answers=answers,
     )
     filmed = watched.begin(foresees)
     best: tuple[float, np.ndarray | None] = (math.inf, None)

@@ -71,6 +71,18 @@ def test_any_episode_of_a_run_can_be_filmed_and_is_that_of_the_run(house, rows, 
     assert rows.seed[0] != rows.seed[1]
 
 
+def test_answers_that_were_kept_are_filmed_in_their_caregivers_place(house, tmp_path):
+    settings = {"house": house, "epsilon": FAMILY, "seed": SEED}
+    small = {"width": 320, "height": 240, "fps": 1.0, "seconds": 10.0, "quiet": True, "studio": Blank}
+    render_episode(tmp_path / "asked.mp4", caregiver="random", **settings, **small)
+    asked = Blank.seen
+    render_episode(tmp_path / "given.mp4", caregiver="person", answers=asked.answers(), **settings, **small)
+    given = Blank.seen
+    assert measured(given) == measured(asked)
+    assert measured(given)["interventions"] > 0
+    np.testing.assert_array_equal(given.env.physics.data.qpos, asked.env.physics.data.qpos)
+
+
 def test_the_display_is_told_of_each_child(house):
     episode = Watched(house, Family.parse("1,0.25"), "paper", SEED).begin()
     for second in range(1, 21):

@@ -148,6 +148,10 @@ def test_episodes_are_kept_as_a_run_and_can_be_submitted(who, keys, house, tmp_p
     record = ["record", "--format", "lerobot", "--answers", str(run), "--caregiver", who, "--seconds", "0.2"]
     assert cli.main([*record, "--out", str(tmp_path / "set")]) == 0
     assert len(pd.read_parquet(tmp_path / "set" / "data/chunk-000/file-000.parquet")) == 10
+    film = ["render", "--answers", str(run), "--caregiver", who, "--seconds", "0.05", "--out", str(tmp_path / "me.mp4")]
+    assert cli.main(film) == 0
+    assert cli.main([*film, "--episode", "2"]) == 2
+    assert "episode must be below 1, as many as --answers has, got 2" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
