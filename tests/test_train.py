@@ -44,6 +44,7 @@ def test_a_fit_finds_what_is_best():
     assert train.regret(net, others) < 0.1 * before
 
 
+@pytest.mark.slow
 def test_a_run_that_goes_on_comes_to_the_same(tmp_path, monkeypatch):
     for name, value in {"EPISODES": 2, "PAIRS": 1, "BLOCK": 1, "PASSES": 1, "LAST": 2}.items():
         monkeypatch.setattr(train, name, value)

@@ -32,6 +32,7 @@ def site(tmp_path_factory):
     return folder / "html"
 
 
+@pytest.mark.slow
 def test_nothing_comes_from_the_network(site):
     tags = re.compile(r"""<(?:script|img|iframe|source|video)\b[^>]*\bsrc="([^"]*)|<link\b[^>]*\bhref="([^"]*)""")
     styles = re.compile(r"""(?:url\(|@import )\s*["']?([^"')]*)""")

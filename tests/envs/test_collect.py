@@ -26,6 +26,7 @@ def run(recipe, path, seed=3):
     return store.load(0)
 
 
+@pytest.mark.slow
 def test_an_episode_is_that_of_an_evaluation(tmp_path):
     settings = Settings(PAPER, "house", ("paper",), (1.0,), 1, seed=4)
     (row,) = evaluate(settings).episodes.to_dict("records")

@@ -37,7 +37,7 @@ WORLDS = {
 }
 
 
-@pytest.fixture(params=WORLDS, scope="module")
+@pytest.fixture(params=["grid", pytest.param("house", marks=pytest.mark.slow)], scope="module")
 def settings(request):
     plan, caregiver, episodes, families = WORLDS[request.param]
     return Settings(plan, request.param, ("none", caregiver), families, episodes, seed=3)
@@ -152,7 +152,7 @@ def test_rows_do_not_depend_on_blocks(caregiver, family):
 # -- Several houses ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("world", ["grid", "house"])
+@pytest.mark.parametrize("world", ["grid", pytest.param("house", marks=pytest.mark.slow)])
 def test_rows_of_a_house_do_not_depend_on_the_other_houses(world, tmp_path):
     plans, families = houses_named(["test-2"]), (1.0, "toddler:.5") if world == "grid" else (1.0,)
     settings = Settings((SMALL, *plans), world, ("none",), families, 2 if world == "grid" else 1, seed=4)
@@ -166,7 +166,7 @@ def test_rows_of_a_house_do_not_depend_on_the_other_houses(world, tmp_path):
     assert all(again.read(str(block)) is not None for block in settings.blocks())
 
 
-@pytest.mark.parametrize("caregiver", ["none", "paper"])
+@pytest.mark.parametrize("caregiver", ["none", pytest.param("paper", marks=pytest.mark.slow)])
 def test_rows_do_not_depend_on_the_children_beside_them(caregiver):
     families = (1.0, "explorer:.25", "toddler:.5", "avoider:.1", "seeker:.5", "1,.25", "adversary:0,explorer:.5")
     settings = Settings(PAPER, "grid", (caregiver,), families, 3)

@@ -51,6 +51,7 @@ def files(folder):
     return {path: path.read_bytes() for path in (folder / "run").rglob("*") if path.is_file()}
 
 
+@pytest.mark.slow
 def test_a_run_is_not_gone_on_with_by_another_program(checkout):
     (checkout / "mine.py").write_text(MINE)
     assert run(checkout, "--caregiver", *CAREGIVERS, "--episodes", "2").returncode == 0

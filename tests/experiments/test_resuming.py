@@ -89,7 +89,10 @@ def test_killed_run_is_continued(tmp_path, undisturbed):
     check_finished(tmp_path, undisturbed)
 
 
-@pytest.mark.parametrize(("number", "word"), [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated")])
+@pytest.mark.parametrize(
+    ("number", "word"),
+    [pytest.param(signal.SIGINT, "interrupted", marks=pytest.mark.slow), (signal.SIGTERM, "terminated")],
+)
 def test_interrupted_run_says_how_to_go_on(tmp_path, undisturbed, number, word):
     process = start(tmp_path, "--jobs", "2")
     wait_for_blocks(tmp_path, 1, process)

@@ -62,6 +62,7 @@ def test_every_row_comes_back_with_no_caregiver_present_on_any_number_of_cores(p
     assert capsys.readouterr().out.count(f"verified, episodes: {2 * 2 * 3 * 6}") == 2
 
 
+@pytest.mark.slow
 def test_the_house_too(tmp_path, capsys):
     who = ["--caregiver", "nearest", "--epsilon", 0.25, "--episodes", 1, "--house", "house-25-12x10"]
     assert not run("evaluate", *who, "--out", tmp_path / "run")

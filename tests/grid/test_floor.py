@@ -132,7 +132,8 @@ def caregiver_of(name):
 # Every caregiver with the novice, and every child with the rule.
 @pytest.mark.parametrize(
     ("child", "name"),
-    [("novice", name) for name in ("none", "random", "paper", "foresight", "childproof")]
+    [("novice", name) for name in ("none", "random", "paper", "childproof")]
+    + [pytest.param("novice", "foresight", marks=pytest.mark.slow)]
     + [(child, "paper") for child in CHILDREN if child != "novice"]
     + [("seeker", "clairvoyant")],
 )

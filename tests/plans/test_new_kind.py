@@ -47,6 +47,8 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz.hud.display import draw_plan
 from caregiver_mj.viz.moment import grid_state
 
+pytestmark = pytest.mark.slow
+
 plan = FloorPlan.parse({PLAN!r}, damage="vase=2.5")
 found = {{"names": [*map(str, plan.hazards)], "labels": [h.label for h in plan.hazards], "damage": str(plan.damage)}}
 try:

@@ -44,6 +44,7 @@ def pictures():
     return there
 
 
+@pytest.mark.slow
 def test_a_policy_sees_the_same_in_evaluate_record_and_render(pictures, tmp_path):
     for picture in pictures:
         assert picture.std() > 10  # the sky alone has less

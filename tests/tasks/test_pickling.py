@@ -3,12 +3,14 @@
 import pickle
 
 import numpy as np
+import pytest
 
 import caregiver_mj
 
 EVERY = 40  # control timesteps between pickles: in a turn, under way, at rest, reaching out
 
 
+@pytest.mark.slow
 def test_environment():
     env = caregiver_mj.load("supervise", "paper", 0.5, 3)
     policy = caregiver_mj.CaregiverPolicy(env, "foresight")

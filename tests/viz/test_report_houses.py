@@ -9,6 +9,8 @@ from caregiver_mj.viz import figures, report
 from caregiver_mj.viz.report.child import child_table
 from caregiver_mj.viz.report.left import kinds_table, short_table
 
+pytestmark = pytest.mark.slow
+
 CAREGIVERS = ("none", "guard", "nearest", "paper", "floor")
 
 

@@ -277,6 +277,7 @@ def test_supervised_episode_has_no_strike_and_no_dropped_candle(house, seed):
     assert outcome["damage"] < alone.task.outcome()["damage"]
 
 
+@pytest.mark.slow
 def test_a_candle_that_is_carried_for_long_does_not_slip_out():
     """For 73 s, with many turns, in each of which it slips."""
     env = caregiver_mj.load("supervise", "house-200004", epsilon=0.25, random=3964924996, visuals=False)
