@@ -14,6 +14,8 @@ import pytest
 
 from caregiver_mj.plans.hazards import KINDS
 
+pytestmark = pytest.mark.slow
+
 ROOT = pathlib.Path(__file__).parents[2]
 RECORD = """
 VASE = HazardKind(
@@ -46,8 +48,6 @@ from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz.hud.display import draw_plan
 from caregiver_mj.viz.moment import grid_state
-
-pytestmark = pytest.mark.slow
 
 plan = FloorPlan.parse({PLAN!r}, damage="vase=2.5")
 found = {{"names": [*map(str, plan.hazards)], "labels": [h.label for h in plan.hazards], "damage": str(plan.damage)}}
