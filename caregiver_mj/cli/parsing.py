@@ -197,7 +197,7 @@ def add_answers(command: argparse.ArgumentParser, does: str) -> None:
 
 
 def read_answers(arguments: argparse.Namespace) -> tuple[str, ...]:
-    """Take house, children, seed, robot and sight from --answers; return what its caregiver answered in each episode.
+    """Take all that makes an episode from --answers; return what the run's caregiver has answered in each.
 
     Raises:
         CaregiverError: There is no such run, or it has no such answers.
@@ -217,7 +217,7 @@ def read_answers(arguments: argparse.Namespace) -> tuple[str, ...]:
             f"'{arguments.caregiver}', got '{arguments.answers}'"
         )
     arguments.house, arguments.damage, arguments.epsilon = run.file or plan.name, str(plan.damage), str(family)
-    arguments.child, arguments.children = NOVICE, None
+    arguments.task, arguments.child, arguments.children = "supervise", NOVICE, None
     arguments.seed, arguments.embodiment, arguments.sight = run.seed, run.embodiment, run.sight
     return answers
 

@@ -72,7 +72,7 @@ def _run(arguments: argparse.Namespace) -> None:
     if answers:
         if arguments.sight != "all":
             raise CaregiverError(f"--answers must be a run with sight all, got {arguments.sight}")
-        arguments.task, arguments.world, arguments.episodes = "supervise", "house", len(answers)
+        arguments.world, arguments.episodes = "house", len(answers)
     plan, family = parsing.read_house(arguments), parsing.read_family(arguments.epsilon, arguments)
     from caregiver_mj.envs.recipe import Recipe  # here, for it needs an extra, and MuJoCo
 
