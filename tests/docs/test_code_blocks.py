@@ -1,5 +1,6 @@
 """Every code block of the documentation works: Python and commands are run, these with less to do than they ask for."""
 
+import gc
 import pathlib
 import re
 import shlex
@@ -105,3 +106,4 @@ def shortened(words):
 def test_commands_run(page, capsys):
     for words in RUN[page]:  # one after the other, as somebody reads them: a report is on the run before it
         assert cli.main(shortened(words)) == 0, (words, capsys.readouterr().err)
+        gc.collect()  # each is a process to readers: what it leaves is not cleared away in threads of the next
