@@ -121,6 +121,8 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
         clock = self._clock(percept)
         self._take_in(clock)
         ask = [i for i, now in enumerate(asked) if clock[i] >= self._due[i] and now != self._asked[i]]
+        with contextlib.suppress(*self.failures()):
+            self.open()  # before there are threads, for they would get in each other's way as they import
         with ThreadPoolExecutor(_AT_ONCE) as pool:
             exchanges = list(pool.map(self._ask, [self._question(percept, world, allowed[world]) for world in ask]))
         for world, exchange in zip(ask, exchanges, strict=True):
@@ -226,8 +228,11 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
     def send(self, question: dict[str, Any]) -> Any:
         """Return the answer to a question, as it came."""
 
+    def open(self) -> None:
+        """Make the client that `send` uses, if there is none yet."""
+
     def failures(self) -> tuple[type[Exception], ...]:
-        """Return what `send` raises when no answer comes."""
+        """Return what `send` raises when no answer comes, and `open` when it never will."""
         import httpx2 as httpx
 
         return httpx.HTTPError, ValueError, RecursionError
@@ -236,12 +241,18 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
 class HttpCaregiver(RemoteCaregiver):
     """Posts its questions to an address."""
 
+    def open(self) -> None:
+        _client()
+
     def send(self, question: dict[str, Any]) -> Any:
         return _client().post(self.address, json=question).raise_for_status().json()
 
 
 class ChatCaregiver(RemoteCaregiver):
     """Asks a model behind an interface as OpenAI's, whose address and key the environment has, as its client does."""
+
+    def open(self) -> None:
+        _ = _chat().chat.completions  # which is imported as it is asked for
 
     def send(self, question: dict[str, Any]) -> Any:
         form: Any = {"type": "json_schema", "json_schema": {"name": "answer", "strict": True, "schema": _SCHEMA}}

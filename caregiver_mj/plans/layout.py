@@ -41,7 +41,7 @@ def __getattr__(name: str) -> float:
     """Return a size in metres, read from its model when it is first asked for and not at import."""
     if name not in _SIZES:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    return _size(*_SIZES[name])
+    return globals().setdefault(name, _size(*_SIZES[name]))
 
 
 @functools.cache

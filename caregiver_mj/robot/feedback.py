@@ -116,10 +116,11 @@ class GivingWay:
     Attributes:
         yields: Whether it lets itself be pushed away: a child may be at it.
         offset: How far each joint has been, radians, (joints,).
+        is_off: Whether any has.
     """
 
     def __init__(self, joints: int):
-        self.yields = False
+        self.yields = self.is_off = False
         self.offset = np.zeros(joints)
         self._rate = 0.0  # at which it comes back at most, rad/s
 
@@ -136,8 +137,9 @@ class GivingWay:
             self._rate = min(_COMING_BACK, self._rate + _EASING * seconds)
             self.offset -= seconds * np.clip(self.offset / _SETTLING, -self._rate, self._rate)
             self.offset[np.abs(self.offset) < _GONE] = 0.0
-            return
-        self._rate = 0.0
-        if rested > _SETTLED:
-            off = arm - wanted
-            self.offset[:] = np.where(np.abs(off) < _PUSHED, 0.0, off)
+        else:
+            self._rate = 0.0
+            if rested > _SETTLED:
+                off = arm - wanted
+                self.offset[:] = np.where(np.abs(off) < _PUSHED, 0.0, off)
+        self.is_off = bool(self.offset.any())

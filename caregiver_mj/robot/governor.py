@@ -19,12 +19,16 @@ from caregiver_mj.robot.view import View
 
 def bound_turning(view: View, robot: RobotMotion) -> None:
     """Bound how fast the base turns."""
-    velocity, alone = robot.base_reference()[1], separation.is_alone(view, robot.robot)
-    robot.bound_turning(math.inf if alone else separation.allowed_turning(view, robot.robot, velocity, robot.turning))
+    rate, velocity = math.inf, robot.base_reference()[1]
+    if not separation.is_alone(view, robot.robot):
+        rate = separation.allowed_turning(view, robot.robot, velocity, robot.turning)
+    robot.bound_turning(rate)
 
 
 def path_rate(view: View, robot: RobotMotion) -> float:
     """Return the share of its planned velocity at which the base may drive along its path."""
+    if not robot.is_driving:
+        return 1.0
     present = robot.base_reference()[1]
     if separation.is_alone(view, robot.robot):
         return 1.0
@@ -42,7 +46,7 @@ def govern(view: View, robot: RobotMotion, clearance: Clearance, control_timeste
     """
     if not robot.is_watched:  # by a skill that does not drive, but the one before it may have had it turn
         bound_turning(view, robot)
-    if separation.is_alone(view, robot.robot):
+    if separation.is_alone(view, robot.robot, separation.FREE + view.unsure):
         robot.giving_way.yields, robot.catch_up = False, math.inf
         return robot.action(view.base, view.arm)
     at_hand = separation.is_child_at_hand(view, robot.robot, robot.reached)
@@ -52,5 +56,7 @@ def govern(view: View, robot: RobotMotion, clearance: Clearance, control_timeste
     if view.unseen:
         unseen = separation.gap(view, robot.robot, view.unseen)
         robot.catch_up = min(robot.catch_up, separation.catch_up_speed(unseen, separation.GENTLE_UNSEEN))
-    restrain = functools.partial(separation.restrain, view, robot.robot, clearance, control_timestep, robot.closes)
+    restrain = None
+    if not separation.is_alone(view, robot.robot, separation.GENTLE_GAP + view.unsure):
+        restrain = functools.partial(separation.restrain, view, robot.robot, clearance, control_timestep, robot.closes)
     return robot.action(view.base, view.arm, restrain)

@@ -174,6 +174,9 @@ class RobotMotion(BaseMotion):
             speed: At most, of s, per second; a faster one stops first.
         """
         self._lands_at, self._creeps, limits = None, creeps, self.reach_path.limits
+        if self._reach.rests_at(s) and speed == math.inf and not (creeps or self.may_be_off):
+            self._reach.set_limits(limits)
+            return
         if creeps:
             speed = _CREEPS / self.reach_path.longest(arm_of(self.robot))
         if abs(self._reach.at(self.now)[1]) > 1.1 * speed:
@@ -231,7 +234,7 @@ class RobotMotion(BaseMotion):
     @property
     def has_given_way(self) -> bool:
         """Whether the arm is not where it reaches to, because it has been pushed away."""
-        return any(self.giving_way.offset.tolist())
+        return self.giving_way.is_off
 
     @property
     def reached(self) -> float:

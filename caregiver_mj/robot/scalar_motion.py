@@ -85,6 +85,10 @@ class ScalarMotion:
             self.run_at(0.0, now)
             self.target = self._state_at(self._duration)[0]
 
+    def rests_at(self, position: float) -> bool:
+        """Return whether it is at rest there."""
+        return self._rest == position
+
     def highest(self) -> float:
         """Return the highest position of the present motion, which may swing out before it turns back."""
         if self._rest is not None:

@@ -7,6 +7,7 @@ strictest of them asks for. Whatever it is told, it does not push a child, nor s
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterable
 
@@ -32,6 +33,7 @@ _SEPARATION = 0.08  # metres that shall remain
 # what it goes beyond that.
 _PEEKING, _LOOKING = 0.03, 0.04
 _FAR = 2.0  # metres beyond which a child does not slow the base down
+FREE = 1.5  # metres to every child from which on neither feedback nor arm is bounded
 _PASSING, _PASSING_GAP = 0.35, 0.4  # share of the speed that counts so at no distance, and metres where none does
 # How a base may move along a child, or turn, that comes to touch it: slower than what counts as a strike, 0.05 m/s.
 _SLIDE_SPEED, _SLIDE_TOUCHING = 0.02, 0.025  # m/s of its surface; the second where it touches it already
@@ -73,10 +75,20 @@ _MOVES_ON, _ASTRAY = 0.031, 0.034
 _RUNS_ON = tuple(0.04 * i for i in range(8))
 
 
-def is_alone(view: View, robot: Embodiment) -> bool:
-    """Return whether every child, also one that may be there unseen, is too far away for anything to be bounded."""
-    apart = robot.footprint + CHILD_RADIUS + _SEPARATION + _FAR
-    return all(math.dist(it.position, view.base[:2]) > apart for it in view.children + view.hidden + view.lurking)
+def is_alone(view: View, robot: Embodiment, apart: float = _SEPARATION + _FAR) -> bool:
+    """Return whether every child, also one that may be there unseen, is farther from the base than so many metres.
+
+    By default that is too far away for anything to be bounded.
+    """
+    return _nearest(view) > robot.footprint + CHILD_RADIUS + apart
+
+
+@functools.lru_cache(maxsize=1)  # many ask at the same moment
+def _nearest(view: View) -> float:
+    """Metres from the base's middle to that of the nearest child, or of one that may be there unseen."""
+    return min(
+        (math.dist(it.position, view.base[:2]) for it in view.children + view.hidden + view.lurking), default=math.inf
+    )
 
 
 def gap(view: View, robot: Embodiment, unseen: tuple[ChildView, ...] = ()) -> float:
@@ -262,14 +274,17 @@ def allowed_turning(view: View, robot: Embodiment, velocity: Vector, turning: tu
         velocity: Of the base now, m/s.
         turning: Rate, rad/s, and acceleration, rad/s^2, of the base's turn now.
     """
-    limits = robot.limits.yaw
+    limits, speed = robot.limits.yaw, math.hypot(*velocity)
+    room = _nearest(view) - robot.footprint - CHILD_RADIUS
+    if turning == (0.0, 0.0) and limits.slowing(room / (FASTEST + speed) - _REACTION - view.age) > limits.velocity:
+        return math.inf  # whatever turn begins now can end in time
     # Before a turn that speeds up can slow down its acceleration has to go, and meanwhile it becomes faster still.
     rate, acceleration = turning
     speeds_up = max(0.0, acceleration if rate >= 0.0 else -acceleration)
     delay, most = speeds_up / limits.jerk, abs(rate) + speeds_up**2 / (2 * limits.jerk)
     allowed = math.inf
     # One that does not see all round must turn to see one that may be at it.
-    speed, unseen = math.hypot(*velocity), view.unseen
+    unseen = view.unseen
     for child in view.children + unseen:
         gap = _gap_however_turned(view.base, robot, child)
         if gap < _FAR:

@@ -9,6 +9,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.recording.contacts import STRIKE_SPEED
 from caregiver_mj.robot import separation
 from caregiver_mj.robot.separation import GENTLE_GAP, catch_up_speed, slide_speed
+from caregiver_mj.robot.view import CHILD_RADIUS
 
 ROOM = FloorPlan.parse("#########\n#B......#\n#..C....#\n#....T..#\n#.......#\n#########", "room")
 TOUCHING = 0.27 + 0.12  # metres between the middles of base and child
@@ -24,9 +25,32 @@ def told(monkeypatch):
         calls.append((is_loaded, view.base, seconds))
         return restrain(view, robot, clearance, seconds, is_loaded, velocity, before)
 
-    monkeypatch.setattr(separation, "is_alone", lambda view, robot: False)
+    monkeypatch.setattr(separation, "is_alone", lambda view, robot, apart=0.0: False)
     monkeypatch.setattr(separation, "restrain", listen)
     return calls
+
+
+@pytest.mark.parametrize("robot", ["mobile_fr3", "mobile_ur5e"])
+@pytest.mark.parametrize("gap", np.arange(0.05, 2.5, 0.15))
+def test_what_is_left_out_where_children_are_far_away_changes_no_action(monkeypatch, robot, gap):
+    env = caregiver_mj.load("supervise", ROOM, 0.0, random=0, task_kwargs={"embodiment": robot})
+    timestep = env.reset()
+    x, y, yaw = env.physics.base_position()
+
+    def actions():
+        policy, seen, told = caregiver_mj.CaregiverPolicy(env), timestep, []
+        apart = policy.robot.robot.footprint + CHILD_RADIUS + gap
+        for step in range(40):
+            pushed = np.array([0.04, 0.02, 0.2]) * (step > 10)  # metres and radians
+            here = {"base_position": np.array([x, y, yaw]) + pushed, "toddler_position": np.array([x + apart, y, 0.0])}
+            told.append(policy(seen._replace(observation={**timestep.observation, **here})))
+            seen = timestep._replace(step_type=dm_env.StepType.MID)
+        return np.array(told)
+
+    nearest, with_short_cuts = separation._nearest, actions()
+    monkeypatch.setattr(separation, "is_alone", lambda view, robot, apart=0.0: False)
+    monkeypatch.setattr(separation, "_nearest", lambda view: min(nearest(view), 0.5))
+    assert np.array_equal(with_short_cuts, actions())
 
 
 @pytest.mark.parametrize("gap", [0.0, 0.02, 0.2])
