@@ -87,6 +87,23 @@ def test_actions_are_checked():
 # -- Touches -----------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize(("robot", "most"), [("mobile_fr3", 3.0), ("mobile_ur5e", 2.0)])
+def test_a_finger_that_is_pushed_in_hardly_pushes_back_and_grips_as_hard_as_ever(robot, most):
+    physics = house(robot=robot)
+    physics.set_robot(np.zeros(3))
+    for name in physics.embodiment.names.fingers:
+        joint = physics.model.joint(f"robot/{name}")
+        position, force = physics.data.qpos[joint.qposadr], physics.data.qfrc_actuator
+        assert position[0] > 0.03  # open
+        physics.data.qpos[joint.qposadr] -= 0.02
+        physics.forward()
+        assert 0.0 < force[joint.dofadr[0]] <= most
+        physics.data.ctrl[physics.embodiment.actuators.gripper] = 0.0
+        physics.forward()
+        assert force[joint.dofadr[0]] < -30.0
+        physics.set_robot(np.zeros(3))
+
+
 def felt(physics) -> set[tuple[int, str, int]]:
     """Who touches what in a step: child, kind, number."""
     physics.step(1)
