@@ -347,6 +347,25 @@ def test_slow_thinking_in_real_time_comes_late(monkeypatch, thinking, first):
     assert len(asked) == 2  # in real time the second time only after the first answer has come
 
 
+def test_the_client_is_made_before_there_are_threads_and_threads_ask():
+    calls = []
+
+    class Asking(remote.RemoteCaregiver):
+        def open(self):
+            calls.append(("open", threading.current_thread() is threading.main_thread()))
+            raise ValueError("no client: every question is an abstention")
+
+        def send(self, question):
+            calls.append(("send", threading.current_thread() is threading.main_thread()))
+            return {"target": None}
+
+    world = GridWorld(FloorPlan.load("paper"), 0.5, caregiver := Asking(FloorPlan.load("paper")))
+    world.reset([episode_tapes(1, 1)])
+    world.move_children()
+    assert caregiver.choose(world.percept()).tolist() == [-1]
+    assert calls == [("open", True), ("send", False)]
+
+
 def test_thinking_must_be_one_of_two(monkeypatch):
     monkeypatch.setenv(remote.THINKING, "fast")
     with pytest.raises(CaregiverError, match="CAREGIVER_MJ_THINKING must be waits or real-time, got 'fast'"):

@@ -84,9 +84,6 @@ def test_actions_are_checked():
     np.testing.assert_array_equal(physics.data.ctrl[:-1], highest)
 
 
-# -- Touches -----------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(("robot", "most"), [("mobile_fr3", 3.0), ("mobile_ur5e", 2.0)])
 def test_a_finger_that_is_pushed_in_hardly_pushes_back_and_grips_as_hard_as_ever(robot, most):
     physics = house(robot=robot)
@@ -102,6 +99,9 @@ def test_a_finger_that_is_pushed_in_hardly_pushes_back_and_grips_as_hard_as_ever
         physics.forward()
         assert force[joint.dofadr[0]] < -30.0
         physics.set_robot(np.zeros(3))
+
+
+# -- Touches -----------------------------------------------------------------------------------------
 
 
 def felt(physics) -> set[tuple[int, str, int]]:

@@ -47,9 +47,8 @@ def test_what_is_left_out_where_children_are_far_away_changes_no_action(monkeypa
             seen = timestep._replace(step_type=dm_env.StepType.MID)
         return np.array(told)
 
-    nearest, with_short_cuts = separation._nearest, actions()
+    with_short_cuts = actions()
     monkeypatch.setattr(separation, "is_alone", lambda view, robot, apart=0.0: False)
-    monkeypatch.setattr(separation, "_nearest", lambda view: min(nearest(view), 0.5))
     assert np.array_equal(with_short_cuts, actions())
 
 

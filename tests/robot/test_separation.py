@@ -122,6 +122,16 @@ def test_where_nobody_is_near_nothing_is_bounded(name, places, way):
     assert separation.restrain(seen, robot, None, TIMESTEP, False, way, way) == (way, False)
 
 
+@pytest.mark.parametrize("name", ["mobile_fr3", "mobile_ur5e"])
+@settings(max_examples=200, deadline=None)
+@given(family=families, velocity=velocities)
+def test_a_base_that_does_not_turn_may_begin_to_as_fast_as_one_that_hardly_turns(name, family, velocity):
+    robot, seen = find_embodiment(name), view(*family)
+    rests, hardly = (separation.allowed_turning(seen, robot, velocity, (rate, 0.0)) for rate in (0.0, 1e-12))
+    most = robot.limits.yaw.velocity
+    assert min(most, rests) == pytest.approx(min(most, hardly))
+
+
 def test_whoever_may_be_near_unseen_counts():
     near, far = child(1.0, 0.0), child(4.0, 0.0)
     assert separation.is_alone(view(far), ROBOT)
