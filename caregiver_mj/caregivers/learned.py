@@ -31,7 +31,7 @@ from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, Where
 # What it is trained for: a denied move costs four fifths of what it does `foresight`.
 OBJECTIVE = Objective(price=1.2, random_price=0.24)
 LOYAL = 0.5  # by how much, in score, something else must be better than what it is about
-_COARSE = dataclasses.replace(OBJECTIVE, sweeps=40, tolerance=0.02)
+_COARSE = dataclasses.replace(OBJECTIVE, sweeps=40)
 _WITHIN = np.array([1, 2, 3, 5, 8, 12, 20, 30])  # timesteps within which a child may come to harm
 _SHOWN = [0, 1, 3, 5]  # of what is to be expected, features of their own: at all, and within 1, 3 and 8 timesteps
 _CANDLES = str.maketrans({kind.symbol: TABLE.symbol for kind in KINDS if kind.where is Where.ON_TABLE})

@@ -41,10 +41,11 @@ from caregiver_mj.plans.hazards import NOTHING, TABLE, Where
 # States of all tables, layouts of each: where there are more, fewer candles are planned for at a time.
 LARGEST, LAYOUTS = 40_000_000, 128
 GATES = 3  # where there are more, it is not planned at all
-_BEGIN = 0.2  # share of the damage to a child alone to begin the iteration with: about what is left of it
+# Shares of the damage to a child alone to begin the iteration with: about what is left of it.
+_BEGIN, _BEGIN_BARE = 0.05, 1.0  # of falls and of candles; of bare tables, which nobody can take away
 _NEVER = 1e9  # damage of what cannot be done; finite, for beliefs of zero are multiplied with it
 _STILL = 0.0001  # damage: values that change by no more in a sweep are taken to have settled
-_EVERY = 5  # sweeps after which what comes of carrying a candle is brought up to date
+_EVERY = 3  # sweeps after which what comes of carrying a candle is brought up to date
 Tables = dict[frozenset[int], "ValueTable"]  # by the openings whose gates are shut
 # By steps in a timestep: for each table states, which of m they come to, and what is then to come: see `_Fetch`.
 _Fetched = dict[int, list[tuple[np.ndarray, np.ndarray, np.ndarray]]]
@@ -59,14 +60,15 @@ class Objective:
         price: Of a denied move of the child's towards its toy bin, in damage.
         random_price: Of a denied move that it makes at random, or towards anything else.
         sweeps: Of value iteration, at most.
-        tolerance: Change of all values by a sweep, in damage, below which it ends.
+        tolerance: Standard deviation of the changes by a sweep over all states of a kind of child, in damage, below
+            which it ends. What is added to all alike changes no decision.
     """
 
     discount: float = 0.985
     price: float = 1.5
     random_price: float = 0.3
-    sweeps: int = 80
-    tolerance: float = 0.003
+    sweeps: int = 120
+    tolerance: float = 0.002
 
 
 OBJECTIVE = Objective()
@@ -182,6 +184,7 @@ class ValueTable:
         stairwells, fall, bump, more = len(plan.stairwells), *costs(plan)
         self._fall = np.array([fall * (opening not in shut) for opening in range(stairwells)])
         harm = np.append(self._fall, [bump] * len(plan.tables))
+        left = harm * np.where(np.arange(len(harm)) < stairwells, _BEGIN, _BEGIN_BARE)
         more_shut = {gate: (tables or {}).get(shut | {gate}) for gate in range(len(plan.landings), stairwells)}
         self._closed = [(self.motion.posts[gate], one.closed[gate]) for gate, one in more_shut.items() if one]
         self.closed: dict[int, np.ndarray] = {}
@@ -199,7 +202,7 @@ class ValueTable:
         self.taken = self._lying[:, None] * _entries(plan, objective.discount)
         self.going: list[np.ndarray] = []
         self.picked: list[np.ndarray] = []
-        self.value = self._solve(chain, (forever @ harm).astype(np.float32).reshape(self._cells, 1, self._states), shut)
+        self.value = self._solve(chain, (forever @ left).astype(np.float32).reshape(self._cells, 1, self._states), shut)
 
     # -- What to expect --------------------------------------------------------------------------
 
@@ -255,7 +258,7 @@ class ValueTable:
     # -- The programme ---------------------------------------------------------------------------
 
     def _solve(self, chain: ChildChain, bare: np.ndarray, shut: frozenset[int]) -> np.ndarray:
-        """Iterate from a share of the damage to a child alone; what `bare` tables and stairs do, (C, 1, J)."""
+        """Iterate from what is about left of the damage at `bare` tables and stairs, (C, 1, J), and at candles."""
         cells, places, states = self._cells, self._places, self._states
         bears, discount, tolerance = self.layouts.bears, self._objective.discount, self._objective.tolerance
         transition, cost, price = self._dynamics(chain)
@@ -275,10 +278,9 @@ class ValueTable:
         ]
         self._column = np.cumsum(bears, axis=0).T - 1  # of a layout among those with a candle on a table
         stay = np.einsum("ctj,lt->lcj", self.staying, bears)[:, :, None]
-        value = np.broadcast_to(_BEGIN * (bare + stay), (len(bears), cells, places, states))
+        value = np.broadcast_to(bare + _BEGIN * stay, (len(bears), cells, places, states))
         value = np.array(value, np.float32, order="C").reshape(len(bears), cells * places, states)
-        apart = self._apart(chain)
-        to_come = np.zeros(states, np.float32)  # what all further sweeps would add
+        kinds = chain.prior.ravel()[self.possible]
         # (Tables, moves, layouts with a candle there, cells beside the table, C, J).
         shape = len(self._most), self.motion.longest + 1, int(bears.sum(axis=0).max(initial=0))
         self._ahead = np.zeros((*shape, self.motion.stands.shape[1], cells, states), np.float32)
@@ -288,26 +290,24 @@ class ValueTable:
         for sweep in range(self._objective.sweeps):
             looks = sweep % _EVERY == 0
             if looks:
-                value += discount ** (_EVERY - 1) * to_come
-                to_come[:] = 0.0
                 self._arrive(value)
                 ahead = self._ahead.reshape(-1, states)
                 fetched = {
                     steps: [(one.rows, one.which, one.best(ahead)) for one in found] for steps, found in fetches.items()
                 }
-            changes = False
             for layout, now in enumerate(value):  # one after the other, for one fits into the processor's cache
                 self._best(layout, now, fetched, best)
                 np.add((transition @ best.ravel()).reshape(best.shape), cost[layout], out=new[layout])
                 self._close(layout, new[layout])
-                changes = changes or np.abs(np.subtract(new[layout], now, out=best), out=best).max() >= tolerance
-            if looks and sweep in self._settles:
-                for lasting, group in apart:
-                    more = (new[..., lasting] - value[..., lasting]).mean()
-                    to_come[group] = discount / (1.0 - discount) * more
             value, new = new, value
-            if not changes:
-                break
+            if looks:
+                mean, deviation = _change(new, value)
+                if deviation @ kinds < tolerance:
+                    break
+        # A child goes about everywhere in time, so that what a sweep adds on an average all further ones would, too: a
+        # step of aggregation (Bertsekas and Castanon 1989).
+        for lasting, group in self._apart(chain):
+            value[..., group] += discount / (1.0 - discount) * mean[lasting].mean()
         self._arrive(value)
         for gate in shut:
             self.closed[gate] = self._standing(value, transition, cost, self.motion.posts[gate], self.motion.pace.close)
@@ -352,7 +352,7 @@ class ValueTable:
                 new = (part @ after.ravel()).reshape(-1, self._states) + cost[layout, some]
                 change = np.abs(new - known[some]).max(axis=1)
                 known[some] = new
-                if change.max(initial=0.0) < self._objective.tolerance:
+                if np.square(change).sum() < len(known) * self._objective.tolerance**2:
                     break
                 # Most has soon settled, and the next sweep is of the rest.
                 changed = np.zeros(len(known), bool)
@@ -372,16 +372,6 @@ class ValueTable:
         by_cell = value.reshape(self._cells, self._places, self._states)
         for post, closed in self._closed:
             np.minimum(by_cell[:, post], closed[layout], out=by_cell[:, post])
-
-    @property
-    def _settles(self) -> tuple[int, int]:
-        """Sweeps after which the level of all values is set by what they still change on an average.
-
-        A child goes about everywhere in time, so that what a sweep adds on an average all further ones do: a step of
-        aggregation (Bertsekas and Castanon 1989). Taken at once it would be led astray by how the values begin.
-        """
-        half, most = self._objective.sweeps // 2, 3 * self._objective.sweeps // 4
-        return half - half % _EVERY, most - most % _EVERY
 
     def _apart(self, chain: ChildChain) -> list[tuple[np.ndarray, np.ndarray]]:
         """Return groups of what is possible that no child leaves: what comes again and again in each, and all of it."""
@@ -539,6 +529,15 @@ class ValueTable:
                 if np.abs(denied - before).max() < self._objective.tolerance:
                     break
         return found
+
+
+def _change(before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """Return mean and standard deviation over all layouts and cells of how much values change, (2, J)."""
+    sums = np.zeros((2, after.shape[-1]))
+    for change in map(np.subtract, after, before):
+        sums += change.sum(axis=0, dtype=float), np.square(change).sum(axis=0, dtype=float)
+    mean, square = sums / after[..., 0].size
+    return np.stack([mean, np.sqrt(np.maximum(square - mean**2, 0.0))])
 
 
 def _single(matrix: csr_array) -> csr_array:
