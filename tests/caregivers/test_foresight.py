@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from caregiver_mj.caregivers.foresight.child_model import EPSILONS
+from caregiver_mj.caregivers.foresight.child_model import EPSILONS, child_chain
 from caregiver_mj.caregivers.foresight.foresight import (
     ForesightCaregiver,
     KnowsGoalCaregiver,
@@ -13,6 +13,7 @@ from caregiver_mj.caregivers.foresight.foresight import (
 )
 from caregiver_mj.caregivers.foresight.motion import motion
 from caregiver_mj.caregivers.foresight.value_table import (
+    OBJECTIVE,
     AllLayouts,
     Objective,
     ValueTable,
@@ -161,6 +162,15 @@ class TestValueTable:
         found = ValueTable(FloorPlan.parse(CORRIDOR), objective=Objective(discount=0.9, sweeps=200, tolerance=0.0))
         child = np.arange(3)
         assert found.at(0, child, 3) == pytest.approx(0.0, abs=2e-3)
+
+    @pytest.mark.parametrize("house, level", [("alcoves-0", 0.02), ("stairs-only-1", 0.04)])
+    def test_it_ends_when_more_sweeps_would_hardly_change_what_it_prefers(self, house, level):
+        plan = FloorPlan.load(house)
+        found, settled = (ValueTable(plan, objective=one) for one in (OBJECTIVE, Objective(sweeps=500, tolerance=0.0)))
+        error = (found.value - settled.value).reshape(-1, len(found.possible))
+        probability = child_chain(plan).prior.ravel()[found.possible]
+        assert error.std(axis=0) @ probability < 0.06  # damage, from state to state, where a fall does 5
+        assert np.abs(error.mean(axis=0)) @ probability < level
 
     def test_a_move_into_the_caregiver_leaves_the_child_where_it_is(self):
         """In cell 2, next to the stairs, at random: it falls with 1/4, and goes west with 1/4 unless that is denied."""
