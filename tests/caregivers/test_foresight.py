@@ -163,7 +163,7 @@ class TestValueTable:
         child = np.arange(3)
         assert found.at(0, child, 3) == pytest.approx(0.0, abs=2e-3)
 
-    @pytest.mark.parametrize("house, level", [("alcoves-0", 0.02), ("stairs-only-1", 0.04)])
+    @pytest.mark.parametrize(("house", "level"), [("alcoves-0", 0.02), ("stairs-only-1", 0.04)])
     def test_it_ends_when_more_sweeps_would_hardly_change_what_it_prefers(self, house, level):
         plan = FloorPlan.load(house)
         found, settled = (ValueTable(plan, objective=one) for one in (OBJECTIVE, Objective(sweeps=500, tolerance=0.0)))
