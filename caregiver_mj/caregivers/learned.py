@@ -31,7 +31,6 @@ from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, Where
 # What it is trained for: a denied move costs four fifths of what it does `foresight`.
 OBJECTIVE = Objective(price=1.2, random_price=0.24)
 LOYAL = 0.5  # by how much, in score, something else must be better than what it is about
-_COARSE = dataclasses.replace(OBJECTIVE, sweeps=40)
 _WITHIN = np.array([1, 2, 3, 5, 8, 12, 20, 30])  # timesteps within which a child may come to harm
 _SHOWN = [0, 1, 3, 5]  # of what is to be expected, features of their own: at all, and within 1, 3 and 8 timesteps
 _CANDLES = str.maketrans({kind.symbol: TABLE.symbol for kind in KINDS if kind.where is Where.ON_TABLE})
@@ -85,7 +84,7 @@ def _without_candles(plan: FloorPlan, pace: Pace) -> tuple[np.ndarray, np.ndarra
         none = np.zeros((1, 1, 1, 1), np.float32)
         shape = 1 << len(plan.mouths), 1 + len(plan.floor_cells), len(plan.free_cells) * len(plan.caregiver_cells), 1
         return np.broadcast_to(none, shape), np.zeros(1, int)
-    tables = value_tables(bare, pace, _COARSE)
+    tables = value_tables(bare, pace, dataclasses.replace(OBJECTIVE, sweeps=40))
     by_gates = {sum(1 << (gate - len(plan.landings)) for gate in shut): table for shut, table in tables.items()}
     values = [np.stack([one.value[0], *(going[0] for going in one.going)]) for _, one in sorted(by_gates.items())]
     return np.stack(values), next(iter(tables.values())).possible

@@ -9,11 +9,12 @@ from __future__ import annotations
 import abc
 import collections
 import contextlib
+import itertools
 import multiprocessing
 import multiprocessing.connection
 import signal
 import traceback
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from typing import Any, Self, TypeVar, cast
 
 from caregiver_mj.errors import CaregiverError, check_integer
@@ -46,8 +47,8 @@ def run_jobs(
         while waiting or busy:
             while waiting and len(busy) < processes:
                 worker = _Worker(function)
+                worker.give(_take(waiting, busy.values()))
                 busy[worker.connection] = worker
-                worker.give(waiting.popleft())
             for ready in multiprocessing.connection.wait(list(busy)):
                 connection = cast("multiprocessing.connection.Connection", ready)  # as all are that it waits for
                 worker = busy[connection]
@@ -65,7 +66,7 @@ def run_jobs(
                 if failure:
                     raise WorkerError(f"{job}: {failure}")
                 if waiting:
-                    worker.give(waiting.popleft())
+                    worker.give(_take(waiting, busy.values(), job))
                 else:
                     del busy[connection]
                     worker.stop()
@@ -73,6 +74,16 @@ def run_jobs(
     finally:
         for worker in busy.values():
             worker.stop()
+
+
+def _take(waiting: collections.deque[Job], busy: Iterable[_Worker], last: Job | None = None) -> Job:
+    """Take the next job of the house of a worker's last one, whose tables it has; else of one that no other is in."""
+    mine, *others = (getattr(job, "house", None) for job in (last, *(worker.job for worker in busy)))
+    same = (job for job in waiting if getattr(job, "house", None) == mine)
+    new = (job for job in waiting if getattr(job, "house", None) not in others)
+    job = next(itertools.chain(same, new, waiting))
+    waiting.remove(job)
+    return job
 
 
 def attempt(function: Callable[[Job], Result], job: Job) -> tuple[str | None, Result | None]:
@@ -110,11 +121,9 @@ class _Worker:
 
 def _serve(function: Callable[[Any], Any], connection: multiprocessing.connection.Connection) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent deals with it
-    try:
+    with contextlib.suppress(EOFError, OSError):
         while True:
             connection.send(attempt(function, connection.recv()))
-    except (EOFError, OSError):
-        return
 
 
 class Executor(abc.ABC):
@@ -131,7 +140,7 @@ class Executor(abc.ABC):
 
         Args:
             function: What to run, as importable elsewhere. Its result must depend on the job alone.
-            jobs: Hashable jobs, given out in this order.
+            jobs: Hashable jobs, given out in this order, house by house.
             code: Tells which code of others the function depends on, and so what no worker may have another of.
 
         Yields:

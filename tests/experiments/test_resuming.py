@@ -15,10 +15,11 @@ import psutil
 import pytest
 from comparing import comparable, rows, same, without_times
 
+from caregiver_mj.children.family import Family
 from caregiver_mj.experiments import workers
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.run_folder import RunFolder
-from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.experiments.settings import Block, Settings
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 PAPER = FloorPlan.load("paper")
@@ -164,3 +165,17 @@ def test_workers_do_every_job_or_say_which_they_do_not():
         list(workers.run_jobs(_square, [1, "deadly", 2], 2, deaths=2))
     with pytest.raises(workers.WorkerError, match="ValueError: job is wrong"):
         list(workers.run_jobs(_square, [1, "wrong"], 2))
+
+
+def _where(block):
+    time.sleep(0.02)
+    return os.getpid()
+
+
+def test_a_worker_goes_on_with_the_house_that_it_knows():
+    novice = (Family.of(0.5),)
+    blocks = [Block(house, who, novice, 0, 1) for house in "abcdef" for who in ("none", "guard", "foresight")]
+    done = list(workers.run_jobs(_where, blocks, 2))
+    assert {block for block, _ in done} == set(blocks)
+    # With the last house one may help the other.
+    assert len({(block.house, worker) for block, worker in done}) <= 7

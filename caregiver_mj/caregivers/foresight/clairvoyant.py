@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.foresight.child_model import Travel, travel
-from caregiver_mj.caregivers.foresight.value_table import AllLayouts, costs, count_stands
+from caregiver_mj.caregivers.foresight.value_table import AllLayouts, costs
 from caregiver_mj.caregivers.percept import PAPER, Percept, bare_tables
 from caregiver_mj.caregivers.told import Future, ToldCaregiver, Truth
 from caregiver_mj.errors import CaregiverError
@@ -45,11 +46,12 @@ class ClairvoyantCaregiver(ToldCaregiver, Caregiver):
             raise CaregiverError(
                 f"floor plan '{plan.name}' must have nothing on its floor for 'clairvoyant', got {what}"
             )
-        if count_stands(plan) > LARGEST:  # before any of them is made
+        layouts, stairwells = math.comb(len(plan.tables), len(plan.candle_tables)), len(plan.stairwells)
+        # A post, or a table that bears a candle, in each layout: counted before any of them is made.
+        if layouts * (max(1, stairwells) + len(plan.candle_tables)) > LARGEST:
             raise CaregiverError(
                 f"floor plan '{plan.name}' must have at most {LARGEST:,} combinations of places for 'clairvoyant', got "
-                f"more with {len(plan.tables)} tables, {len(plan.candle_tables)} candles and {len(plan.stairwells)} "
-                "stairwells"
+                f"more with {len(plan.tables)} tables, {len(plan.candle_tables)} candles and {stairwells} stairwells"
             )
         self._ways, self._programme = travel(plan), _programme(plan)
         self.reset(1)

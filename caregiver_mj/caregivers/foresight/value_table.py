@@ -548,12 +548,6 @@ def _single(matrix: csr_array) -> csr_array:
     )
 
 
-def count_stands(plan: FloorPlan) -> int:
-    """Return how many layouts there are with a post of the caregiver, or with a table that bears a candle in it."""
-    tables, candles = len(plan.tables), len(plan.candle_tables)
-    return math.comb(tables, candles) * (max(1, len(plan.stairwells)) + candles)
-
-
 class AllLayouts:
     """Every choice of as many tables as there are candles. Candles are all alike.
 
@@ -566,9 +560,8 @@ class AllLayouts:
 
     def __init__(self, tables: int, candles: int):
         self.candles = candles
-        chosen = list(itertools.combinations(range(tables), candles))
-        self.bears = np.zeros((len(chosen), tables), bool)
-        self.bears[np.arange(len(chosen))[:, None], np.array(chosen, int).reshape(len(chosen), candles)] = True
+        chosen = itertools.combinations(range(tables), candles)
+        self.bears = np.array([[table in some for table in range(tables)] for some in chosen], bool)
         bits = np.int64(1) << np.arange(tables)
         masks = self.bears @ bits
         self._order = np.argsort(masks)
