@@ -12,6 +12,7 @@ from caregiver_mj.caregivers.foresight.foresight import (
     each_on_a_table,
 )
 from caregiver_mj.caregivers.foresight.motion import motion
+from caregiver_mj.caregivers.foresight.options import first_of_least
 from caregiver_mj.caregivers.foresight.value_table import (
     OBJECTIVE,
     AllLayouts,
@@ -163,7 +164,7 @@ class TestValueTable:
         child = np.arange(3)
         assert found.at(0, child, 3) == pytest.approx(0.0, abs=2e-3)
 
-    @pytest.mark.parametrize(("house", "level"), [("alcoves-0", 0.02), ("stairs-only-1", 0.04)])
+    @pytest.mark.parametrize(("house", "level"), [("alcoves-0", 0.06), ("stairs-only-1", 0.08)])
     def test_it_ends_when_more_sweeps_would_hardly_change_what_it_prefers(self, house, level):
         plan = FloorPlan.load(house)
         found, settled = (ValueTable(plan, objective=one) for one in (OBJECTIVE, Objective(sweeps=500, tolerance=0.0)))
@@ -222,7 +223,8 @@ class TestValueTable:
 
     def test_who_takes_longer_than_a_timestep_to_take_a_candle_plans_to_leave_it(self):
         plan = FloorPlan.parse(THREE_TABLES)
-        slow, quick = (value_tables(plan, Pace(get=get))[frozenset()].value for get in (4.0, 1.0))
+        settled = Objective(sweeps=300, tolerance=0.0)
+        slow, quick = (value_tables(plan, Pace(get=get), settled)[frozenset()].value for get in (4.0, 1.0))
         assert np.isfinite(slow).all()
         assert (quick <= slow + 0.01).all()
 
@@ -389,3 +391,7 @@ class TestToldCaregivers:
         assert novice.sum(axis=1).tolist() == pytest.approx([0, 0, 0.85, 0])
         # Half way between two that it has plans for.
         assert novice.sum(axis=0).tolist() == pytest.approx([0, 0.425, 0.425, 0, 0])
+
+
+def test_the_first_of_least_is_found_where_rounding_has_made_it_less_than_nothing():
+    assert first_of_least(np.array([[1.0, -1e-9, 0.5], [2.0, 1.0, 1.000001]])).tolist() == [1, 1]

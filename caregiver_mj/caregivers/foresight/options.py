@@ -245,4 +245,5 @@ def regret(parts: Sequence[tuple[Cases, Sums]], seen: np.ndarray, timesteps: int
 
 def first_of_least(damage: np.ndarray) -> np.ndarray:
     """Return the first of the least along the last axis; numbers that only rounding tells apart count as equal."""
-    return (damage <= damage.min(axis=-1, keepdims=True) * (1.0 + 1e-5)).argmax(axis=-1)
+    least = damage.min(axis=-1, keepdims=True)  # by rounding it may be a little below 0
+    return (damage <= least + 1e-5 * np.abs(least)).argmax(axis=-1)

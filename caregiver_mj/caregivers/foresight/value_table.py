@@ -29,7 +29,6 @@ import math
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array
-from scipy.sparse.csgraph import connected_components
 
 from caregiver_mj.caregivers.foresight.child_model import child_chain
 from caregiver_mj.caregivers.foresight.motion import motion
@@ -260,7 +259,7 @@ class ValueTable:
     def _solve(self, chain: ChildChain, bare: np.ndarray, shut: frozenset[int]) -> np.ndarray:
         """Iterate from what is about left of the damage at `bare` tables and stairs, (C, 1, J), and at candles."""
         cells, places, states = self._cells, self._places, self._states
-        bears, discount, tolerance = self.layouts.bears, self._objective.discount, self._objective.tolerance
+        bears, tolerance = self.layouts.bears, self._objective.tolerance
         transition, cost, price = self._dynamics(chain)
         first = np.arange(cells)[:, None] * places
         self._rows = {
@@ -300,14 +299,8 @@ class ValueTable:
                 np.add((transition @ best.ravel()).reshape(best.shape), cost[layout], out=new[layout])
                 self._close(layout, new[layout])
             value, new = new, value
-            if looks:
-                mean, deviation = _change(new, value)
-                if deviation @ kinds < tolerance:
-                    break
-        # A child goes about everywhere in time, so that what a sweep adds on an average all further ones would, too: a
-        # step of aggregation (Bertsekas and Castanon 1989).
-        for lasting, group in self._apart(chain):
-            value[..., group] += discount / (1.0 - discount) * mean[lasting].mean()
+            if looks and _deviation(new, value) @ kinds < tolerance:
+                break
         self._arrive(value)
         for gate in shut:
             self.closed[gate] = self._standing(value, transition, cost, self.motion.posts[gate], self.motion.pace.close)
@@ -372,14 +365,6 @@ class ValueTable:
         by_cell = value.reshape(self._cells, self._places, self._states)
         for post, closed in self._closed:
             np.minimum(by_cell[:, post], closed[layout], out=by_cell[:, post])
-
-    def _apart(self, chain: ChildChain) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Return groups of what is possible that no child leaves: what comes again and again in each, and all of it."""
-        goal, epsilon = np.divmod(self.possible, chain.shape[2])
-        lasts = np.linalg.matrix_power(chain.next_goal, 64).sum(axis=0)[goal] > 1e-9
-        kind = connected_components(chain.next_goal, directed=False)[1]
-        group = kind[goal] * chain.shape[2] + epsilon
-        return [(np.flatnonzero((group == one) & lasts), np.flatnonzero(group == one)) for one in np.unique(group)]
 
     def _dynamics(self, chain: ChildChain) -> tuple[csr_array, np.ndarray, np.ndarray]:
         """Return what the child's next move leads to while the caregiver stands still.
@@ -531,13 +516,13 @@ class ValueTable:
         return found
 
 
-def _change(before: np.ndarray, after: np.ndarray) -> np.ndarray:
-    """Return mean and standard deviation over all layouts and cells of how much values change, (2, J)."""
+def _deviation(before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """Return the standard deviation over all layouts and cells of how much values change, (J,)."""
     sums = np.zeros((2, after.shape[-1]))
     for change in map(np.subtract, after, before):
         sums += change.sum(axis=0, dtype=float), np.square(change).sum(axis=0, dtype=float)
     mean, square = sums / after[..., 0].size
-    return np.stack([mean, np.sqrt(np.maximum(square - mean**2, 0.0))])
+    return np.sqrt(np.maximum(square - mean**2, 0.0))
 
 
 def _single(matrix: csr_array) -> csr_array:
