@@ -223,10 +223,12 @@ class TestValueTable:
 
     def test_who_takes_longer_than_a_timestep_to_take_a_candle_plans_to_leave_it(self):
         plan = FloorPlan.parse(THREE_TABLES)
-        settled = Objective(sweeps=300, tolerance=0.0)
-        slow, quick = (value_tables(plan, Pace(get=get), settled)[frozenset()].value for get in (4.0, 1.0))
-        assert np.isfinite(slow).all()
-        assert (quick <= slow + 0.01).all()
+        # As it is shipped the iteration leaves that much open with a child that moves at random.
+        for objective, more in ((Objective(sweeps=300, tolerance=0.0), 0.01), (OBJECTIVE, 0.65)):
+            slow, quick = (value_tables(plan, Pace(get=get), objective)[frozenset()].value for get in (4.0, 1.0))
+            assert np.isfinite(slow).all()
+            assert (quick <= slow + more).all()
+            assert quick.mean() < slow.mean()
 
     def test_what_is_expected_is_what_happens(self):
         """The damage and the price that are expected at first are about what comes, told everything."""

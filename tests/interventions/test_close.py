@@ -10,7 +10,7 @@ from random_plans import plan_texts
 
 import caregiver_mj
 from caregiver_mj.caregivers import Caregiver
-from caregiver_mj.caregivers.foresight.value_table import Objective, value_tables
+from caregiver_mj.caregivers.foresight.value_table import OBJECTIVE, Objective, value_tables
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.errors import CaregiverError, FloorPlanError
@@ -94,11 +94,12 @@ def test_it_takes_an_action_in_the_cell_before_it():
 
 def test_foresight_closes_them_where_that_is_worth_it_and_leaves_less_than_the_rule():
     assert ran("foresight").ledger.damage.sum() < 0.8 * ran("expected-danger").ledger.damage.sum()
-    values = value_tables(HOUSE, objective=Objective(tolerance=0.0))
-    assert set(values) == {frozenset(shut) for shut in ((), (1,), (2,), (1, 2))}
-    for shut in ((1,), (2,)):  # nothing is worse for a gate that is shut, but for what value iteration leaves open
-        assert (values[frozenset((1, 2))].value <= values[frozenset(shut)].value + 0.2).all()
-        assert (values[frozenset(shut)].value <= values[frozenset()].value + 0.2).all()
+    for objective, more in ((Objective(tolerance=0.0), 0.2), (OBJECTIVE, 0.25)):
+        values = value_tables(HOUSE, objective=objective)
+        assert set(values) == {frozenset(shut) for shut in ((), (1,), (2,), (1, 2))}
+        for shut in ((1,), (2,)):  # nothing is worse for a gate that is shut, but for what value iteration leaves open
+            assert (values[frozenset((1, 2))].value <= values[frozenset(shut)].value + more).all()
+            assert (values[frozenset(shut)].value <= values[frozenset()].value + more).all()
 
 
 @pytest.mark.parametrize(
