@@ -51,10 +51,12 @@ SUITE = ("manipulator:bring_ball", "humanoid:walk")  # tasks of dm_control
 _SUITE_SECONDS = 30.0  # simulated, at most, for each of those
 # Where foresight plans, from little to much.
 PLANS = ("paper", "apartment", "house-0-20x20", "house-0-40x40-stairwells6-candles40-tables20-bins6")
-# Options in the place of the model's own, which the first is; at last without sleep, nativeccd and multiccd.
+# Options in the place of the model's own, which the first is; at last without sleep, nativeccd, multiccd, and without
+# any contact, which no masks of geoms can cost less than.
 CHOICES = [("iterations", 20), ("iterations", 5), ("iterations", 50), ("tolerance", 1e-4), ("tolerance", 1e-10)]
 CHOICES += [("cone", 0), ("integrator", 0), ("integrator", 3), ("jacobian", 1), ("enableflags", 0)]
-CHOICES += [("disableflags", 1 << 17), ("disableflags", 1 << 19)]
+CHOICES += [("disableflags", 1 << 17), ("disableflags", 1 << 19), ("disableflags", 1 << 4)]
+CHOICES += [("timestep", 0.0025), ("timestep", 0.01)]
 _BATCH = 400  # episodes at once
 _SECONDS = 4  # for which they run, times the repeats, if they do not end before
 GROWTH = {  # what grows, all else being the same: the side of a house, candles beside its two stairwells, and children
@@ -171,17 +173,23 @@ class Scene:
 
         with mock.patch.object(physics, "step", taped):
             self.play()
-        self._end = data.qpos.copy()
+        self._end, self._timestep = data.qpos.copy(), model.opt.timestep
 
     def replay(self) -> tuple[float, float]:
-        """Replay the tape through bare `mj_step`; return its seconds, and how far the end is from the episode's."""
+        """Replay the tape through bare `mj_step`; return its seconds, and how far the end is from the episode's.
+
+        With another timestep than the tape's it is told what was in force at the end of each.
+        """
         model, data = self.env.physics.model.ptr, mujoco.MjData(self.env.physics.model.ptr)
         mujoco.mj_copyData(data, model, self._start)
         ctrl, qpos, qvel = data.ctrl, data.qpos, data.qvel
+        steps = len(self._tape[0][0])
+        count = round(steps * self._timestep / model.opt.timestep)
+        which = np.ceil(np.arange(1, count + 1) * steps / count).astype(int) - 1
         start = time.perf_counter()
         for controls, positions, velocities in self._tape:
             qpos[self._q], qvel[self._v] = positions, velocities
-            for ctrl[:] in controls:
+            for ctrl[:] in controls[which]:
                 mujoco.mj_step(model, data)
         return time.perf_counter() - start, float(np.abs(data.qpos - self._end).max())
 
