@@ -4,9 +4,9 @@ On its tour the robot stands in every stairwell and takes every candle to anothe
 child walks about. Then the caregiver `paper` looks after another child for a whole episode.
 
 At last a robot gets wild actions, in each task and with each robot in turn, in every second trial in the home of the
-same seed. An action is held for up to a second; each of its numbers is an end of its range or drawn from it. The child
-walks on, but nothing touches it. What MuJoCo warns of, numbers that are not finite, and a robot or candle that is off
-the house, in a wall or under the floor are counted, and the episode begins anew.
+same seed, if that has what every task needs. An action is held for up to a second; each of its numbers is an end of its
+range or drawn from it. The child walks on, but nothing touches it. What MuJoCo warns of, numbers that are not finite,
+and a robot or candle that is off the house, in a wall or under the floor are counted, and the episode begins anew.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.experiments.settings import EPSILONS, episode_random
 from caregiver_mj.house.physics import Physics
+from caregiver_mj.interventions.verb import BLOCK, RELOCATE
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, Where
 from caregiver_mj.plans.layout import Layout
@@ -120,7 +121,8 @@ def _play(plan: FloorPlan, epsilon: float, random: np.random.RandomState, tour: 
 
 def drive_wildly(seed: int, seconds: float) -> dict[str, Any]:
     """Drive about wildly; return where, and at which seconds each of `WRONG` was found."""
-    plan = FloorPlan.load(f"{('house', 'home')[seed % 2]}-{seed}")
+    house, home = (FloorPlan.load(f"{kind}-{seed}") for kind in ("house", "home"))
+    plan = home if seed % 2 and {BLOCK, RELOCATE} <= {*home.hazards.verb} else house
     task, robot = [*TASKS][seed // 2 % len(TASKS)], [*EMBODIMENTS][seed // 2 // len(TASKS) % len(EMBODIMENTS)]
     env = load(task, plan, EPSILONS[2], seed, task_kwargs={"embodiment": robot})
     spec, random, timestep = env.action_spec(), np.random.default_rng(seed), env.control_timestep()
