@@ -51,8 +51,8 @@ SUITE = ("manipulator:bring_ball", "humanoid:walk")  # tasks of dm_control
 _SUITE_SECONDS = 30.0  # simulated, at most, for each of those
 # Where foresight plans, from little to much.
 PLANS = ("paper", "apartment", "house-0-20x20", "house-0-40x40-stairwells6-candles40-tables20-bins6")
-# Options in the place of the model's own, which the first is; at last without sleep, nativeccd, multiccd, and without
-# any contact, which no masks of geoms can cost less than.
+# Options in the place of the model's own, which the first is; then without sleep, nativeccd, multiccd, and any contact
+# at all; at last other timesteps.
 CHOICES = [("iterations", 20), ("iterations", 5), ("iterations", 50), ("tolerance", 1e-4), ("tolerance", 1e-10)]
 CHOICES += [("cone", 0), ("integrator", 0), ("integrator", 3), ("jacobian", 1), ("enableflags", 0)]
 CHOICES += [("disableflags", 1 << 17), ("disableflags", 1 << 19), ("disableflags", 1 << 4)]

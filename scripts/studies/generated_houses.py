@@ -37,8 +37,6 @@ from caregiver_mj.tasks import TASKS, load
 from study import Parser, make_console, make_table, mishaps, run_trials, write_json
 
 FIRST = 400_000  # seed of the first house: far from those of the sets, and from those that anything was tried on
-
-
 WRONG = ("warnings", "not_finite", "escapes")  # what wild actions can come to
 _HELD = 50  # control timesteps for which one is held, at most
 _DEEP = 0.05  # metres below the floor

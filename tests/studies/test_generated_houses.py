@@ -69,6 +69,12 @@ def test_wild_actions_are_the_same_again_and_differ_by_seed(monkeypatch):
     assert [first[what] for what in generated_houses.WRONG] == [[], [], []]
 
 
+@pytest.mark.parametrize(("seed", "where"), [(396_000, "house"), (396_001, "home"), (1_996_001, "house")])
+def test_every_second_trial_is_in_a_home_if_that_has_what_tasks_need(seed, where):
+    """`home-1996001` has no stairwell, which one of the tasks needs."""
+    assert drive_wildly(seed, 0.02)["wild"].startswith(f"{where}-{seed}, ")
+
+
 def test_what_is_found_is_noted_with_its_time_and_the_episode_begins_anew(monkeypatch):
     resets = []
     reset = load("supervise", PLAN, 0.5, 0).__class__.reset
