@@ -5,8 +5,8 @@ child walks about. Then the caregiver `paper` looks after another child for a wh
 
 At last a robot gets wild actions, in each task and with each robot in turn, in every second trial in the home of the
 same seed, if that has what every task needs. An action is held for up to a second; each of its numbers is an end of its
-range or drawn from it. The child walks on, but nothing touches it. What MuJoCo warns of, numbers that are not finite,
-and a robot or candle that is off the house, in a wall or under the floor are counted, and the episode begins anew.
+range or drawn from it. The child walks on, but nothing touches it. What MuJoCo warns of, numbers that are not finite, a
+base off the house or in a wall, and what is under the floor are counted, and the episode begins anew.
 """
 
 from __future__ import annotations
@@ -119,8 +119,9 @@ def _play(plan: FloorPlan, epsilon: float, random: np.random.RandomState, tour: 
 
 def drive_wildly(seed: int, seconds: float) -> dict[str, Any]:
     """Drive about wildly; return where, and at which seconds each of `WRONG` was found."""
-    house, home = (FloorPlan.load(f"{kind}-{seed}") for kind in ("house", "home"))
-    plan = home if seed % 2 and {BLOCK, RELOCATE} <= {*home.hazards.verb} else house
+    plan = FloorPlan.load(f"{'home' if seed % 2 else 'house'}-{seed}")
+    if not {BLOCK, RELOCATE} <= {*plan.hazards.verb}:
+        plan = FloorPlan.load(f"house-{seed}")
     task, robot = [*TASKS][seed // 2 % len(TASKS)], [*EMBODIMENTS][seed // 2 // len(TASKS) % len(EMBODIMENTS)]
     env = load(task, plan, EPSILONS[2], seed, task_kwargs={"embodiment": robot})
     spec, random, timestep = env.action_spec(), np.random.default_rng(seed), env.control_timestep()
@@ -147,11 +148,11 @@ def drive_wildly(seed: int, seconds: float) -> dict[str, Any]:
 
 def is_wrong(layout: Layout, physics: Physics) -> str:
     """Return what is wrong with the state, one of `WRONG`, or nothing."""
+    if not np.isfinite([*physics.data.qpos, *physics.data.qvel]).all():
+        return "not_finite"
     base, plan, walls = physics.base_position()[:2], layout.plan, layout.walls
     heights = np.concatenate([physics.candle_poses()[:, 2], physics.thing_positions()[:, 2]])
     in_wall = (np.abs(base - walls[:, :2]) < walls[:, 2:]).all(axis=1).any()
-    if not np.isfinite([*physics.data.qpos, *physics.data.qvel]).all():
-        return "not_finite"
     outside = (np.abs(base) > np.array(plan.shape[::-1]) * plan.cell_size / 2).any()
     return "escapes" if outside or in_wall or (heights < -_DEEP).any() else ""
 

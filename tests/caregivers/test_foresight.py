@@ -164,13 +164,13 @@ class TestValueTable:
         child = np.arange(3)
         assert found.at(0, child, 3) == pytest.approx(0.0, abs=2e-3)
 
-    @pytest.mark.parametrize(("house", "level"), [("alcoves-0", 0.06), ("stairs-only-1", 0.08)])
+    @pytest.mark.parametrize(("house", "level"), [("alcoves-0", 0.05), ("stairs-only-1", 0.06)])
     def test_it_ends_when_more_sweeps_would_hardly_change_what_it_prefers(self, house, level):
         plan = FloorPlan.load(house)
         found, settled = (ValueTable(plan, objective=one) for one in (OBJECTIVE, Objective(sweeps=500, tolerance=0.0)))
         error = (found.value - settled.value).reshape(-1, len(found.possible))
         probability = child_chain(plan).prior.ravel()[found.possible]
-        assert error.std(axis=0) @ probability < 0.06  # damage, from state to state, where a fall does 5
+        assert error.std(axis=0) @ probability < 0.045  # damage, from state to state, where a fall does 5
         assert np.abs(error.mean(axis=0)) @ probability < level
 
     def test_a_move_into_the_caregiver_leaves_the_child_where_it_is(self):
