@@ -2,13 +2,14 @@
 
 Beside each other: strikes as ever, by the robot's speed towards the child, and by that of its surface, turning and
 sliding too; pressings; forces, with what adults bear; and how close flame and wax come. The episodes are those of a
-finished run in the house, or run here; of the latter also which skill took longest, and whether the robot kept its
-limits, if that is asked for. The exit status is 1 if it did not.
+finished run in the house, or run here; of the latter also pressings by the part of the robot and by who moved, which
+skill took longest, and whether the robot kept its limits, if that is asked for. The exit status is 1 if it did not.
 """
 
 from __future__ import annotations
 
 import argparse
+import collections
 import contextlib
 import dataclasses
 import functools
@@ -23,6 +24,8 @@ from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.settings import episode_random, episode_seed
 from caregiver_mj.experiments.workers import run_jobs
+from caregiver_mj.house.children import ContactWatch
+from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.sensing import Sensing
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.sets import houses_named
@@ -32,9 +35,13 @@ from caregiver_mj.robot.skills import Skill
 from caregiver_mj.robot.status import Status
 from caregiver_mj.tasks import load
 from caregiver_mj.viz.report.tables import counts_table, limits_table
-from caregiver_mj.viz.report.words import family_name
+from caregiver_mj.viz.report.words import Table, family_name
 from studies.audit import Audit, Recorder, report
 from study import Parser, make_console, progress, read_run
+
+PARTS = ("base", "arm", "hand")
+MOVES = 0.01  # m/s of the robot's surface, towards a child or along it, above which it is the robot that moves
+_APART = 0.1  # seconds without touch after which a contact is another one
 
 
 def add_options(parser: Parser) -> None:
@@ -74,6 +81,7 @@ def run(options: argparse.Namespace) -> int:
         if len(options.embodiment) > 1:
             print(f"## {robot}\n")
         print(page(episodes, options.compliant))
+        print(presses_table(episodes).markdown())
         print(longest_skill(episodes))
         if audit := audit_of(episodes):
             report(make_console(), audit)
@@ -91,6 +99,59 @@ class Job(NamedTuple):
     family: str
     episode: int
     sensing: str | None = None
+
+
+@dataclasses.dataclass
+class _Touching:
+    """A contact of a child with the robot: how often each part was touched at the end of a control timestep."""
+
+    since: Contacts
+    parts: collections.Counter[str]
+
+
+class Presses:
+    """Counts pressings by the part of the robot that is touched most, and by whether it has moved meanwhile.
+
+    Attributes:
+        counts: How many have begun, by "base", "base, moving" and so on.
+    """
+
+    def __init__(self, children: int) -> None:
+        self.counts = dict.fromkeys((part + how for part in PARTS for how in ("", ", moving")), 0)
+        self._watches = [ContactWatch() for _ in range(children)]
+        self._touching = [_Touching(Contacts(), collections.Counter()) for _ in range(children)]
+        self._touched_at = [0.0] * children
+
+    def look(self, physics: Physics) -> None:
+        """Take in what the children have touched in the last control timestep."""
+        for child, watch in enumerate(self._watches):
+            touches = [touch for touch in physics.touches if touch.child == child and touch.kind == "robot"]
+            if not touches:
+                continue
+            if touches[0].time - self._touched_at[child] > _APART:
+                self._touching[child] = _Touching(Contacts(), collections.Counter())
+            now, self._touched_at[child] = self._touching[child], touches[-1].time
+            now.parts.update(_touched(physics, child))
+            before = now.since.pressings
+            watch.take_in(touches, physics.timestep(), now.since)
+            if now.since.pressings > before:
+                how = ", moving" if now.since.contact_speed > MOVES else ""
+                self.counts[max(PARTS, key=now.parts.__getitem__) + how] += 1
+
+
+def _touched(physics: Physics, child: int) -> set[str]:
+    """Return the parts of the robot that a child touches now."""
+    model, reader, found = physics.model.ptr, physics.touch_reader, set()
+    for pair in physics.data.contact.geom.tolist():
+        if reader.bodies[child] in pair:
+            body = model.geom_bodyid[sum(pair) - reader.bodies[child]]
+            below = [body]
+            while below[-1]:
+                below.append(model.body_parentid[below[-1]])
+            if reader.robot and reader.robot.base_body in below:
+                is_hand = any(model.body(one).name == "robot/hand" for one in below)
+                found.add("hand" if is_hand else "base" if body == reader.robot.base_body else "arm")
+    return found
 
 
 class Longest:
@@ -123,14 +184,16 @@ def supervise(audited: frozenset[Job], job: Job) -> dict[str, Any]:
     kwargs = {"compliant_children": job.compliant, "embodiment": job.embodiment, "sensing": sensing}
     env = load("supervise", plan, Family.parse(job.family), episode_random(0), task_kwargs=kwargs, visuals=False)
     policy, seed, longest = CaregiverPolicy(env, job.caregiver), episode_seed(0, job.episode), Longest()
+    presses = Presses(len(Family.parse(job.family)))
     env.task.reseed(episode_random(seed))
     start, timestep = time.process_time(), env.reset()
     with Recorder(env) if job in audited else contextlib.nullcontext() as recorder:
         while not timestep.last():
             timestep = env.step(policy(timestep))
             longest.look(policy, env.physics.time())
+            presses.look(env.physics)
     row = {name: getattr(job, name) for name in Job.__annotations__} | {"seed": seed} | env.task.outcome()
-    row |= {"skill": longest.skill, "skill_seconds": longest.seconds}
+    row |= {"skill": longest.skill, "skill_seconds": longest.seconds, **presses.counts}
     if recorder:
         name = f"{job.house} {job.family} {job.episode}"
         row["audit"] = dataclasses.asdict(Audit.of(recorder.log(), job.embodiment, name))
@@ -185,6 +248,17 @@ def page(episodes: pd.DataFrame, compliant: bool = False) -> str:
     if len(groups) > 1:
         groups["all"] = episodes
     return f"{counts_table(groups).markdown()}\n{limits_table(episodes, compliant=compliant).markdown()}"
+
+
+def presses_table(episodes: pd.DataFrame) -> Table:
+    """The pressings of some episodes by the part of the robot, and by who moved."""
+    rows = [(part, *(f"{episodes[part + how].sum():.0f}" for how in ("", ", moving"))) for part in PARTS]
+    note = (
+        f"The robot moves if its surface came towards the child, or slid along it, faster than {MOVES:g} m/s at any "
+        "time since they touched; else the child leans on a robot that stands. Of several parts that which was touched "
+        "for longest counts."
+    )
+    return Table("Pressings by part and by who moved", ("part of the robot", "child alone", "robot too"), rows, note)
 
 
 def longest_skill(episodes: pd.DataFrame) -> str:

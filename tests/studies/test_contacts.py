@@ -1,0 +1,65 @@
+"""The study of contacts: which part of the robot presses a child, and who moves."""
+
+import numpy as np
+
+from caregiver_mj.children.walk import ToddlerWalk
+from caregiver_mj.house.physics import Physics
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.kinematics import arm_of
+from caregiver_mj.robot.view import CHILD_RADIUS
+from studies.contacts import Presses
+
+HALL = FloorPlan.parse("############\n#..........#\n#B.........#\n#..........#\n############", "hall")
+LOW = np.array([0.0, 1.2, 0.0, -1.6, 0.0, 2.8, 0.8])  # the arm ahead, with the hand as low as a child
+
+
+def pressed(child, seconds, speed=0.0, arm=None, pause=range(0), others=()):
+    """Return what is counted of children at rest, (x, y), and a robot in the middle, which moves to its right."""
+    children = [child, *others]
+    physics, presses = Physics.from_plan(HALL, children=len(children), visuals=False), Presses(len(children))
+    robot = physics.embodiment
+    with physics.reset_context():
+        physics.set_robot(np.zeros(3), arm)
+    action = np.zeros(physics.action_spec().shape)
+    action[robot.layout.arm], action[robot.layout.gripper] = physics.arm_position(), robot.grasp.open
+    action[robot.layout.base] = 0.0, -speed, 0.0
+    for step in range(round(seconds / 0.02)):
+        for number, place in enumerate(children):
+            walk = ToddlerWalk(1.0)
+            walk.reset(place if step not in pause else (2.0, 0.8), 0.0)
+            physics.set_toddler(walk, number)
+        physics.set_action(action)
+        physics.step(4)
+        presses.look(physics)
+    return {what: count for what, count in presses.counts.items() if count}
+
+
+def beside(robot=None, by=0.004):
+    return 0.0, -(find_embodiment(robot).footprint + CHILD_RADIUS - by)
+
+
+def test_a_child_that_leans_on_a_robot_that_stands_is_counted_once_and_by_the_part():
+    assert pressed(beside(), 0.48) == {}
+    assert pressed(beside(), 1.5) == {"base": 1}
+
+
+def test_hand_and_arm_are_parts():
+    x, y, z = arm_of(find_embodiment(None)).pinch(LOW)
+    assert z < 0.7
+    for ahead, part in ((x + 0.02, "hand"), (x / 2 + 0.1, "arm")):  # it may be pushed a little, and slide
+        (found,) = pressed((ahead, y - CHILD_RADIUS - 0.03), 0.8, arm=LOW)
+        assert found.split(",")[0] == part
+
+
+def test_the_robot_moves_if_its_surface_does():
+    assert pressed(beside(), 0.8, speed=0.005) == {"base": 1}
+    assert pressed(beside(), 0.8, speed=0.03) == {"base, moving": 1}
+
+
+def test_each_child_is_counted_and_a_contact_that_ends_is_over():
+    far, (x, y) = (2.0, -0.8), beside()
+    assert pressed(far, 0.8, others=[(x, y)]) == {"base": 1}
+    assert pressed((x, -y), 0.8, others=[(x, y)]) == {"base": 2}
+    assert pressed(beside(), 1.4, pause=range(30, 40)) == {"base": 2}
+    assert pressed(beside(), 0.8, pause=range(20, 30)) == {}
