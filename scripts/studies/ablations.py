@@ -245,8 +245,8 @@ GROUPS = {
         {
             "told bin and epsilon (`knows-goal`)": Variant(KnowsGoalCaregiver),
             "learns nothing from moves": Variant(UniformBelief),
-            "epsilon never changes": _planner(change=0.0),
-            "epsilon changes often (.1 a timestep)": _planner(change=0.1),
+            "the child never becomes another": _planner(change=0.0),
+            "it becomes another often (.1 a timestep)": _planner(change=0.1),
         },
     ),
     "discount in a timestep": Group(FORESIGHT, _objectives("discount", (0.9, 0.993))),

@@ -16,6 +16,7 @@ import numpy as np
 import pandas as pd
 
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
+from caregiver_mj.caregivers.foresight.value_table import candles_at_a_time
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.children.family import Family
@@ -143,6 +144,7 @@ def page(
         "left": {name: two_level.of_ratio(houses, sums["none"]) for name, houses in sums.items()},
         "total": total,
         "closed": (rule - ours) / (rule - told),
+        "too_large": sum(candles_at_a_time(plan) < min(1, len(plan.candle_tables)) for plan in settings.plans),
         "kinds": _by_kind(episodes),
         "harm": {
             name: _harm(cells[cells.caregiver == name]) for name in settings.caregivers if name not in ("none", "floor")
