@@ -186,6 +186,11 @@ class CareTask(control.Task):
         self._candle_offset = candle_offset
         self._steps_a_move = round(self.novice_timestep / control_timestep)
         self._control_steps = 0
+        cells, need = len(plan.starts), len(self.children) + 1
+        if robot and not plan.landings and cells < need:
+            raise CaregiverError(
+                f"house '{plan.name}' must have free cells for children and robot, {need}, got {cells}"
+            )
         self._check_house()
 
     def _check_house(self) -> None:

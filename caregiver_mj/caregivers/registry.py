@@ -116,7 +116,8 @@ def needs_pictures(name: str) -> bool:
 
 def _check(what: str, found: Any) -> None:
     """Raise CaregiverError unless it can be a caregiver or make a policy."""
-    if not callable(found):
+    chooses = isinstance(found, type) and not {"choose", "decide"}.isdisjoint(dir(found))  # as a caregiver does
+    if not callable(found) or (chooses and not is_caregiver(found)):
         raise CaregiverError(
             f"{what} must be a subclass of Caregiver or a function that makes a policy of an environment, got {found!r}"
         )

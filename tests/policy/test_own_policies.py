@@ -63,6 +63,13 @@ class Unfinished(TargetPolicy):
     """Has no `act`."""
 
 
+class Orphan:
+    """One that forgot what it is."""
+
+    def choose(self, percept):
+        return np.full(len(percept.caregiver_cell), -1)
+
+
 NUMBER = 3
 
 
@@ -122,6 +129,8 @@ def test_a_policy_of_actions_is_made_for_its_environment_and_told_the_seed():
         ("house", f"{HERE}:too_short", "too_short' must answer with 11 finite numbers, got array"),
         ("grid", f"{HERE}:Unfinished", "'test_own_policies:Unfinished' must have act, got none"),
         ("grid", f"{HERE}:NUMBER", "must be a subclass of Caregiver or a function that makes a policy"),
+        ("grid", f"{HERE}:Orphan", "must be a subclass of Caregiver or a function that .* got <class '.*Orphan'>"),
+        ("house", f"{HERE}:Orphan", "must be a subclass of Caregiver or a function that .* got <class '.*Orphan'>"),
         ("grid", f"{HERE}:Nobody", "cannot be loaded: AttributeError: .* no attribute 'Nobody'"),
         ("grid", "nobody_at_home:x", "cannot be loaded: ModuleNotFoundError: No module named 'nobody_at_home'"),
     ],

@@ -329,3 +329,19 @@ def test_a_landing_must_be_as_wide_as_the_robot():
     plan = dataclasses.replace(FloorPlan.load("paper"), cell_size=0.5)
     with pytest.raises(CaregiverError, match=r"cells of at least 0\.54 m, as wide as the robot, got 0\.5 m"):
         caregiver_mj.load("block_stairs", plan)
+
+
+@pytest.mark.parametrize(("rows", "children", "got"), [("#.B#", 1, "2, got 1"), ("#..B#", 2, "3, got 2")])
+def test_a_house_in_which_the_robot_would_stand_in_a_child_is_refused(rows, children, got):
+    wall = "#" * len(rows)
+    plan = FloorPlan.parse(f"{wall}\n{rows}\n{wall}", "tiny")
+    with pytest.raises(CaregiverError, match=f"house 'tiny' must have free cells for children and robot, {got}"):
+        caregiver_mj.load("supervise", plan, [0.5] * children, 0)
+    caregiver_mj.load("supervise", plan, [0.5] * children, 0, {"robot": False})
+
+
+def test_on_a_landing_there_is_room_for_the_robot():
+    env = caregiver_mj.load("supervise", FloorPlan.parse("#####\n#S.B#\n#####", "tiny"), 0.5, 0)
+    env.reset()
+    (x, y), child = env.physics.base_position()[:2], env.physics.toddler_position()[:2]
+    assert np.hypot(x - child[0], y - child[1]) > 0.5
