@@ -33,7 +33,7 @@ def _add_damage(command: argparse.ArgumentParser) -> None:
         "--damage",
         default=str(DamageWeights()),
         metavar="KIND=D,...",
-        help="what a collision costs, of stairwell, candle and table: stairwell=5,candle=4 or, of all three, 5:4:1",
+        help=f"what a collision costs, of {', '.join(DamageWeights())}: stairwell=5,mug=5, or 5:4:1 of the first three",
     )
 
 
