@@ -182,29 +182,31 @@ def _submit(arguments: argparse.Namespace) -> None:
 
 
 def _verify(arguments: argparse.Namespace) -> None:
+    from caregiver_mj.experiments.submission import read_submission
+
+    submissions = [read_submission(path) for path in arguments.files]  # all of them first, for to verify takes long
     with parsing.make_executor(arguments) as executor:
-        for path in arguments.files:
-            submission, episodes = _verified(path, executor)
-            print(f"{submission.path}: verified, episodes: {len(episodes)}")
+        for submission in submissions:
+            print(f"{submission.path}: verified, episodes: {len(_verified(submission, executor))}")
 
 
 def _leaderboard(arguments: argparse.Namespace) -> None:
-    from caregiver_mj.experiments.submission import SUFFIX, board
+    from caregiver_mj.experiments.submission import SUFFIX, board, check_comparable, read_submission
 
     paths = sorted(pathlib.Path(arguments.folder).glob(f"*{SUFFIX}"))
     if not paths:
         raise CaregiverError(f"'{arguments.folder}' must hold at least 1 FILE{SUFFIX}, got none")
+    submissions = [check_comparable(read_submission(path)) for path in paths]  # likewise
     with parsing.make_executor(arguments) as executor:
-        print(board([_verified(path, executor) for path in paths]), end="")
+        print(board([(submission, _verified(submission, executor)) for submission in submissions]), end="")
 
 
-def _verified(path: str | pathlib.Path, executor: Executor) -> tuple[Submission, pd.DataFrame]:
-    from caregiver_mj.experiments.submission import read_submission, verify
+def _verified(submission: Submission, executor: Executor) -> pd.DataFrame:
+    from caregiver_mj.experiments.submission import verify
 
-    submission = read_submission(path)
     with progress_bar() as bar:
         task = bar.add_task("verified", total=sum(map(len, submission.results)))
-        return submission, verify(submission, executor, lambda count: bar.advance(task, count))
+        return verify(submission, executor, lambda count: bar.advance(task, count))
 
 
 def output(aside: bool) -> rich.console.Console:

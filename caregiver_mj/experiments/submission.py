@@ -127,6 +127,8 @@ def read_submission(path: str | os.PathLike[str]) -> Submission:
         return Submission(pathlib.Path(path), {key: str(value) for key, value in card.items()}, settings, results)
     except CaregiverError as error:
         raise CaregiverError(f"'{path}' cannot be verified: {error}") from None
+    except FileNotFoundError:
+        raise CaregiverError(f"there is no file '{path}'") from None
     except _UNREADABLE as error:
         what = f"there is no {error} in it" if isinstance(error, KeyError) else " ".join(str(error).split())
         raise CaregiverError(f"'{path}' is no submission, or a damaged one: {what}") from None
@@ -182,16 +184,21 @@ def _differences(said: Result, found: Result | str) -> Iterator[str]:
         yield "not all of its answers are asked for"
 
 
+def check_comparable(submission: Submission) -> Submission:
+    """Return a submission; raise CaregiverError unless its run has `none`, with which the others are compared."""
+    if "none" not in (names := submission.settings.caregivers):
+        raise CaregiverError(f"'{submission.path}' must have the caregiver 'none', to compare with, got {[*names]}")
+    return submission
+
+
 def board(verified: Sequence[tuple[Submission, pd.DataFrame]]) -> str:
     """Return a page in Markdown: what caregivers of verified files leave of the damage, those of one track together.
 
-    Those of one track have all but the caregiver alike. A run without `none` is a CaregiverError.
+    Those of one track have all but the caregiver alike. All of them pass `check_comparable`.
     """
     tracks: dict[str, list[dict[str, str]]] = {}
     for submission, episodes in verified:
         settings, by = submission.settings, dict(tuple(episodes.groupby("caregiver")))
-        if "none" not in by:
-            raise CaregiverError(f"'{submission.path}' must have the caregiver 'none', to compare with, got {[*by]}")
         plans = _digest("\n\n".join(plan.text for plan in settings.plans))[:8]
         world = settings.world if settings.world == "grid" else f"house, {settings.embodiment}"
         track = (

@@ -121,8 +121,10 @@ def test_there_is_no_page_without_a_child_that_is_left_alone(tmp_path, capsys):
     who = ["--caregiver", "random", "--episodes", 1, "--epsilon", 1]
     assert not run("evaluate", "--world", "grid", *who, "--out", tmp_path / "run")
     assert not run("submit", tmp_path / "run", "--out", tmp_path / "c.submission")
+    capsys.readouterr()
     assert run("leaderboard", tmp_path) == 2
-    assert "must have the caregiver 'none'" in capsys.readouterr().err
+    assert "must have the caregiver 'none'" in (told := capsys.readouterr().err)
+    assert "verified" not in told  # it is told at once
 
 
 # -- Files that are not as they were written ---------------------------------------------------------
@@ -247,6 +249,13 @@ def test_the_first_difference_is_named(packed, tmp_path, capsys):
     assert run("verify", tmp_path / "edited.submission") == 2
     said = f"episode 0 of epsilon 1: damage is {damage + 1} in the file, and {damage} comes of its answers"
     assert said in capsys.readouterr().err
+
+
+def test_all_files_are_read_before_the_first_is_verified(packed, tmp_path, capsys):
+    assert run("verify", packed, tmp_path / "nowhere.submission") == 2
+    told = capsys.readouterr()
+    assert (told.out, "verified" in told.err) == ("", False)
+    assert f"there is no file '{tmp_path / 'nowhere.submission'}'" in told.err
 
 
 @pytest.mark.parametrize("cut", [0, 100, -100])
