@@ -15,7 +15,7 @@ LOW = np.array([0.0, 1.2, 0.0, -1.6, 0.0, 2.8, 0.8])  # the arm ahead, with the 
 
 
 def pressed(child, seconds, speed=0.0, arm=None, pause=range(0), others=()):
-    """Return what is counted of children at rest, (x, y), and a robot in the middle, which moves to its right."""
+    """Return what is counted of children at rest, (x, y), at a robot that slides ahead, at first."""
     children = [child, *others]
     physics, presses = Physics.from_plan(HALL, children=len(children), visuals=False), Presses(len(children))
     robot = physics.embodiment
@@ -23,8 +23,8 @@ def pressed(child, seconds, speed=0.0, arm=None, pause=range(0), others=()):
         physics.set_robot(np.zeros(3), arm)
     action = np.zeros(physics.action_spec().shape)
     action[robot.layout.arm], action[robot.layout.gripper] = physics.arm_position(), robot.grasp.open
-    action[robot.layout.base] = 0.0, -speed, 0.0
     for step in range(round(seconds / 0.02)):
+        action[robot.layout.base] = (speed if step < 15 else 0.0), 0.0, 0.0
         for number, place in enumerate(children):
             walk = ToddlerWalk(1.0)
             walk.reset(place if step not in pause else (2.0, 0.8), 0.0)
@@ -50,11 +50,15 @@ def test_hand_and_arm_are_parts():
     for ahead, part in ((x + 0.02, "hand"), (x / 2 + 0.1, "arm")):  # it may be pushed a little, and slide
         (found,) = pressed((ahead, y - CHILD_RADIUS - 0.03), 0.8, arm=LOW)
         assert found.split(",")[0] == part
+    left = beside()[0], -beside()[1]
+    found = pressed((x + 0.02, y - CHILD_RADIUS - 0.03), 0.8, arm=LOW, others=[left])
+    assert sorted(what.split(",")[0] for what in found) == ["base", "hand"]
 
 
 def test_the_robot_moves_if_its_surface_does():
     assert pressed(beside(), 0.8, speed=0.005) == {"base": 1}
     assert pressed(beside(), 0.8, speed=0.03) == {"base, moving": 1}
+    assert pressed(beside(by=0.012), 1.6, speed=0.03, pause=range(30, 40)) == {"base, moving": 1, "base": 1}
 
 
 def test_each_child_is_counted_and_a_contact_that_ends_is_over():
