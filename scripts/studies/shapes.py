@@ -43,8 +43,10 @@ def run(options: argparse.Namespace) -> Page:
 
 def _shape_of(name: str) -> str:
     """The shape of a generated house, such as `hall` of `hall-17`; else "home" or "house"."""
-    shape = name.partition("-")[0] if name.startswith("home-") else name.rpartition("-")[0]
-    return shape if shape in ("home", *SHAPES) else "house"
+    shape = name.rpartition("-")[0]
+    if shape in SHAPES:
+        return shape
+    return "home" if name.startswith("home-") else "house"
 
 
 def page(house: pd.DataFrame, grid: pd.DataFrame, cells: pd.DataFrame, settings: Settings) -> Page:

@@ -70,6 +70,13 @@ class Orphan:
         return np.full(len(percept.caregiver_cell), -1)
 
 
+class OrphanThatDecides:
+    """Another one."""
+
+    def decide(self, percept):
+        return None
+
+
 NUMBER = 3
 
 
@@ -130,7 +137,11 @@ def test_a_policy_of_actions_is_made_for_its_environment_and_told_the_seed():
         ("grid", f"{HERE}:Unfinished", "'test_own_policies:Unfinished' must have act, got none"),
         ("grid", f"{HERE}:NUMBER", "must be a subclass of Caregiver or a function that makes a policy"),
         ("grid", f"{HERE}:Orphan", "must be a subclass of Caregiver or a function that .* got <class '.*Orphan'>"),
-        ("house", f"{HERE}:Orphan", "must be a subclass of Caregiver or a function that .* got <class '.*Orphan'>"),
+        (
+            "house",
+            f"{HERE}:OrphanThatDecides",
+            "must be a subclass of Caregiver or a function that .* got <class '.*Orph",
+        ),
         ("grid", f"{HERE}:Nobody", "cannot be loaded: AttributeError: .* no attribute 'Nobody'"),
         ("grid", "nobody_at_home:x", "cannot be loaded: ModuleNotFoundError: No module named 'nobody_at_home'"),
     ],

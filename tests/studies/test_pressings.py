@@ -35,8 +35,8 @@ def pressed(child, seconds, speed=0.0, arm=None, pause=range(0), others=()):
     return {what: count for what, count in presses.counts.items() if count}
 
 
-def beside(robot=None, by=0.004):
-    return 0.0, -(find_embodiment(robot).footprint + CHILD_RADIUS - by)
+def beside(by=0.004):
+    return 0.0, -(find_embodiment(None).footprint + CHILD_RADIUS - by)
 
 
 def test_a_child_that_leans_on_a_robot_that_stands_is_counted_once_and_by_the_part():

@@ -340,8 +340,11 @@ def test_a_house_in_which_the_robot_would_stand_in_a_child_is_refused(rows, chil
     caregiver_mj.load("supervise", plan, [0.5] * children, 0, {"robot": False})
 
 
-def test_on_a_landing_there_is_room_for_the_robot():
-    env = caregiver_mj.load("supervise", FloorPlan.parse("#####\n#S.B#\n#####", "tiny"), 0.5, 0)
+@pytest.mark.parametrize(("rows", "children"), [("#S.B#", 2), ("#..B#", 1)])
+def test_where_there_is_room_for_the_robot_it_is_apart(rows, children):
+    """On a landing there is, even where children share a cell."""
+    wall = "#" * len(rows)
+    env = caregiver_mj.load("supervise", FloorPlan.parse(f"{wall}\n{rows}\n{wall}", "tiny"), [0.5] * children, 0)
     env.reset()
-    (x, y), child = env.physics.base_position()[:2], env.physics.toddler_position()[:2]
-    assert np.hypot(x - child[0], y - child[1]) > 0.5
+    apart = env.physics.base_position()[:2] - env.physics.toddler_positions()[:, :2]
+    assert (np.linalg.norm(apart, axis=1) > 0.5).all()
