@@ -5,7 +5,8 @@ actuators, its footprint, its wheels) is read from it, see `robot_model`. Robots
 
 A model file holds the robot alone. It faces +x with its origin on the floor, and has
 
-- a body `base` with a collision geom `base_hull`, which moves in three joints: along x, along y, about z;
+- a body `base` with a collision geom `base_hull`, which moves in three joints: along x, along y, about z; a cylinder
+  does not meet the corners of boxes as it should, and leaves these to a sphere beside it, see `mobile_fr3`;
 - a body `hand` with a site `pinch` between the fingertips, whose axes are z ahead, y along which the fingers open;
 - two fingers whose joints open at positive positions, with collision geoms `finger_left_pad` and `finger_right_pad`;
 - velocity servos of the base, position servos of arm and fingers, in this order;

@@ -163,9 +163,8 @@ class Arm:
 
     def _shapes(self, spec: mujoco.MjSpec) -> tuple[mujoco.MjModel, mujoco.MjData, np.ndarray]:
         for geom in spec.geoms:
-            if geom.contype:
-                geom.contype = geom.conaffinity = 1
-                geom.margin = _CLEAR
+            geom.contype = geom.conaffinity = int(geom.contype > 0)  # a bumper is for what stands about
+            geom.margin = _CLEAR
         model = spec.compile()
         hand = model.body("hand").id
         bodies = [hand if model.body_parentid[body] == hand else int(body) for body in model.geom_bodyid]

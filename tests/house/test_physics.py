@@ -8,6 +8,7 @@ import pytest
 from caregiver_mj.children.walk import ToddlerWalk
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.physics import Physics
+from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 #                        west          east
@@ -82,6 +83,21 @@ def test_actions_are_checked():
     np.testing.assert_array_equal(physics.data.ctrl, [*action, action[-1]])  # both fingers get the last value
     physics.set_action(np.full(11, 1e9))
     np.testing.assert_array_equal(physics.data.ctrl[:-1], highest)
+
+
+@pytest.mark.parametrize("degrees", [15, 45, 60, 80])
+def test_a_round_base_at_the_corner_of_a_table_is_pushed_straight_away_from_it(degrees):
+    physics, pressed = house(robot=True), 0.005
+    away = np.array([math.cos(math.radians(degrees)), math.sin(math.radians(degrees))])
+    corner = PLAN.position(PLAN.tables[PLAN.candle_tables[0]]) + layout.TABLE_HALF_SIZE
+    with physics.reset_context():
+        physics.set_robot(np.array([*(corner + (physics.embodiment.footprint - pressed) * away), 0.0]))
+    bodies = physics.model.geom_bodyid[physics.data.contact.geom] == physics.model.body("robot/base").id
+    ours = bodies.any(axis=1)
+    assert ours.any()
+    normals = physics.data.contact.frame[ours, :3] * np.where(bodies[ours, :1], -1.0, 1.0)  # towards the base
+    np.testing.assert_allclose(normals, np.broadcast_to([*away, 0.0], normals.shape), atol=0.01)
+    np.testing.assert_allclose(physics.data.contact.dist[ours], -pressed, atol=1e-4)
 
 
 @pytest.mark.parametrize(("robot", "most"), [("mobile_fr3", 3.0), ("mobile_ur5e", 2.0)])
