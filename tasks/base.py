@@ -189,7 +189,7 @@ class CareTask(control.Task):
         cells, need = len(plan.starts), len(self.children) + 1
         if robot and not plan.landings and cells < need:
             raise CaregiverError(
-                f"house '{plan.name}' must have free cells for children and robot, {need}, got {cells}"
+                f"house '{plan.name}' must have at least {need} free cells, for children and robot, got {cells}"
             )
         self._check_house()
 
