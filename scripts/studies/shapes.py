@@ -8,9 +8,12 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 import pandas as pd
+from scipy import stats
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import intervals, two_level
@@ -54,9 +57,12 @@ def page(house: pd.DataFrame, grid: pd.DataFrame, cells: pd.DataFrame, settings:
     drawn = {plan.name for plan in houses_named(["drawn-10"])}
     of_shape = {name: "drawn by hand" if name in drawn else _shape_of(name) for name in dict.fromkeys(house.house)}
     groups = {where: [name for name in of_shape if of_shape[name] == where] for where in of_shape.values()}
-    groups["all"] = [*of_shape]
     caregivers = [name for name in settings.caregivers if name != "none"]
-    lines = [_line(where, names, caregiver, house, grid) for where, names in groups.items() for caregiver in caregivers]
+    lines = [
+        _line(where, parts, caregiver, house, grid)
+        for where, parts in {**{where: [names] for where, names in groups.items()}, "all": [*groups.values()]}.items()
+        for caregiver in caregivers
+    ]
     harmed = cells[cells.harm_verdict == "more"]
     values = {
         "settings": settings,
@@ -75,12 +81,17 @@ def page(house: pd.DataFrame, grid: pd.DataFrame, cells: pd.DataFrame, settings:
     return Page(values)
 
 
-def _line(where: str, names: list[str], caregiver: str, house: pd.DataFrame, grid: pd.DataFrame) -> dict[str, Any]:
-    """Return what a caregiver leaves in some houses, in both worlds."""
+def _line(
+    where: str, groups: Sequence[Sequence[str]], caregiver: str, house: pd.DataFrame, grid: pd.DataFrame
+) -> dict[str, Any]:
+    """Return what a caregiver leaves in some houses, in groups of one shape each, in both worlds."""
+    names = [name for group in groups for name in group]
     alone = house[house.house.isin(names) & (house.caregiver == "none")].damage.mean()
     ours, theirs = ([_damage(table, name, caregiver) for name in names] for table in (house, grid))
     one = len(names) == 1
     ratio: Estimate[float] = intervals.of_ratio(ours[0], theirs[0]) if one else two_level.of_ratio(ours, theirs)
+    if len(groups) > 1:
+        ratio = of_stratified_ratio(*map(two_level.house_means, (ours, theirs)), [len(group) for group in groups])
     means = [sum(found.mean() for found in damage) / len(names) for damage in (theirs, ours)]
     return {
         "shape": where,
@@ -90,6 +101,21 @@ def _line(where: str, names: list[str], caregiver: str, house: pd.DataFrame, gri
         "means": means,
         "ratio": ratio,
     }
+
+
+def of_stratified_ratio(ours: np.ndarray, theirs: np.ndarray, sizes: Sequence[int]) -> Estimate[float]:
+    """Return the ratio of two means, (n,) each, of a sample with a fixed number of houses of every shape, in turn.
+
+    What differs from shape to shape is no chance: the combined ratio estimate with its linearised variance (Cochran,
+    Sampling Techniques, 1977, section 6.11), and Student's t. A shape of which there is one house bounds nothing.
+    """
+    ratio = ours.sum() / theirs.sum() if theirs.any() else np.nan
+    each = np.split(ours - ratio * theirs, np.cumsum(sizes)[:-1])
+    if min(sizes) < 2:
+        return Estimate(ratio, 0.0, np.inf)
+    variance = sum(len(errors) * errors.var(ddof=1) for errors in each)
+    reach = stats.t.ppf(0.5 + intervals.CONFIDENCE / 2, len(ours) - len(sizes)) * np.sqrt(variance) / theirs.sum()
+    return Estimate(ratio, max(0.0, ratio - reach), ratio + reach)
 
 
 def _damage(table: pd.DataFrame, house: str, caregiver: str) -> Any:

@@ -1,0 +1,27 @@
+"""The study of house and grid by shape: the ratio over a sample with so many houses of each shape."""
+
+import numpy as np
+import pytest
+
+from studies.shapes import of_stratified_ratio
+
+OURS, THEIRS = np.array([2.0, 4.0, 6.0, 10.0]), np.array([1.0, 3.0, 2.0, 4.0])
+
+
+def test_a_ratio_of_two_houses_of_each_of_two_shapes():
+    # R = 22 / 10. The errors y - R x are -0.2, -2.6 and 1.6, 1.2, which within the shapes have variances 2.88 and 0.08;
+    # so the sum has 2 * 2.88 + 2 * 0.08 = 5.92. Two of four degrees of freedom are left: t = 4.3027.
+    ratio, low, high = of_stratified_ratio(OURS, THEIRS, [2, 2])
+    reach = 4.3027 * 5.92**0.5 / 10
+    assert (ratio, low, high) == pytest.approx((2.2, 2.2 - reach, 2.2 + reach), rel=1e-4)
+
+
+def test_what_differs_from_shape_to_shape_is_no_chance():
+    estimate = of_stratified_ratio(np.array([2.0, 2.0, 9.0, 9.0]), np.array([1.0, 1.0, 3.0, 3.0]), [2, 2])
+    assert estimate == pytest.approx((2.75, 2.75, 2.75))
+
+
+def test_a_ratio_is_not_negative_and_a_shape_of_one_house_bounds_nothing():
+    assert of_stratified_ratio(np.array([0.0, 9.0, 0.0, 9.0]), np.ones(4), [2, 2]).low == 0.0
+    assert of_stratified_ratio(OURS, THEIRS, [1, 3]) == (2.2, 0.0, np.inf)
+    assert np.isnan(of_stratified_ratio(OURS, np.zeros(4), [2, 2]).value)
