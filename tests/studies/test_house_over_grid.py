@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+from caregiver_mj import cli
 from studies.shapes import of_stratified_ratio
+from study import main
 
 OURS, THEIRS = np.array([2.0, 4.0, 6.0, 10.0]), np.array([1.0, 3.0, 2.0, 4.0])
 
@@ -25,3 +27,19 @@ def test_a_ratio_is_not_negative_and_a_shape_of_one_house_bounds_nothing():
     assert of_stratified_ratio(np.array([0.0, 9.0, 0.0, 9.0]), np.ones(4), [2, 2]).low == 0.0
     assert of_stratified_ratio(OURS, THEIRS, [1, 3]) == (2.2, 0.0, np.inf)
     assert np.isnan(of_stratified_ratio(OURS, np.zeros(4), [2, 2]).value)
+
+
+@pytest.mark.slow
+def test_the_page(tmp_path, capsys):
+    size, run = "8x7-rooms1-stairwells1-candles1-tables2-bins1", tmp_path / "run"
+    houses = [f"{shape}-{seed}-{size}" for shape in ("house", "home") for seed in (1, 2)]
+    words = ["evaluate", "--houses", *houses, "--caregiver", "none", "expected-danger", "--epsilon", "1"]
+    assert cli.main([*words, "--episodes", "2", "--out", str(run), "--json"]) == 0
+    assert main(["shapes", "--run", str(run), "--docs", str(tmp_path)]) == 0
+    text = (tmp_path / "shapes.md").read_text()
+    assert "Alone, 8 of 8 episodes have the same damage" in " ".join(text.split())
+    rows = [line.split("|")[1:-1] for line in text.splitlines() if "`expected-danger` |" in line]
+    shapes, counts, _, _, grid, house, _ = zip(*([cell.strip() for cell in row] for row in rows), strict=True)
+    assert (shapes, counts) == (("house", "home", "all"), ("2", "2", "4"))
+    for means in (grid, house):  # of as many houses of each shape
+        assert float(means[2]) == pytest.approx((float(means[0]) + float(means[1])) / 2, abs=0.01)
