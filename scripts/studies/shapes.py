@@ -91,7 +91,8 @@ def _line(
     one = len(names) == 1
     ratio: Estimate[float] = intervals.of_ratio(ours[0], theirs[0]) if one else two_level.of_ratio(ours, theirs)
     if len(groups) > 1:
-        ratio = of_stratified_ratio(*map(two_level.house_means, (ours, theirs)), [len(group) for group in groups])
+        each = two_level.house_means(ours), two_level.house_means(theirs)
+        ratio = of_stratified_ratio(*each, [len(group) for group in groups])
     means = [sum(found.mean() for found in damage) / len(names) for damage in (theirs, ours)]
     return {
         "shape": where,
