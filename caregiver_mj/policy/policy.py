@@ -8,7 +8,6 @@ Only a `ToldCaregiver` is told more than can be seen, by the task and past the o
 from __future__ import annotations
 
 import functools
-import gc
 from collections.abc import Mapping
 from typing import Any
 
@@ -213,7 +212,6 @@ class CaregiverPolicy:
             self.caregiver.orders = info.orders(observation) or Intervention()
         self.executive.reset()
         self._prepare_retrievals()
-        gc.collect()  # now, for what earlier environments have left takes longer than a control timestep
 
     def _prepare_retrievals(self) -> None:
         """Have the planning scene made for tables as high as they seem, unless it is: before the robot moves."""
@@ -273,11 +271,13 @@ def _make_scene(plan: FloorPlan, embodiment: Embodiment, heights: tuple[float, .
 
 
 def _caregiver(caregiver: str | Caregiver, info: TaskInfo, seed: int) -> Caregiver:
+    made: Caregiver | None
     if not isinstance(caregiver, str):
         check_kind("a caregiver", caregiver, str, Caregiver)
         check_house(caregiver, info.plan)
-        return caregiver
-    made = InstructedCaregiver(info.plan) if info.orders else make_caregiver(caregiver, info.plan, seed)
+        made = caregiver
+    else:
+        made = InstructedCaregiver(info.plan) if info.orders else make_caregiver(caregiver, info.plan, seed)
     if made is None:
         raise CaregiverError(f"caregiver must be one that acts, got '{caregiver}': leave the robot out instead")
     return made
