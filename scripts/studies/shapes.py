@@ -90,7 +90,7 @@ def _line(
     ours, theirs = ([_damage(table, name, caregiver) for name in names] for table in (house, grid))
     one = len(names) == 1
     ratio: Estimate[float] = intervals.of_ratio(ours[0], theirs[0]) if one else two_level.of_ratio(ours, theirs)
-    if len(groups) > 1:
+    if len(groups) > 1 and all(len(group) > 1 for group in groups):
         each = two_level.house_means(ours), two_level.house_means(theirs)
         ratio = of_stratified_ratio(*each, [len(group) for group in groups])
     means = [sum(found.mean() for found in damage) / len(names) for damage in (theirs, ours)]
@@ -108,12 +108,10 @@ def of_stratified_ratio(ours: np.ndarray, theirs: np.ndarray, sizes: Sequence[in
     """Return the ratio of two means, (n,) each, of a sample with a fixed number of houses of every shape, in turn.
 
     What differs from shape to shape is no chance: the combined ratio estimate with its linearised variance (Cochran,
-    Sampling Techniques, 1977, section 6.11), and Student's t. A shape of which there is one house bounds nothing.
+    Sampling Techniques, 1977, section 6.11), and Student's t. There must be two houses of each shape, or more.
     """
     ratio = ours.sum() / theirs.sum() if theirs.any() else np.nan
     each = np.split(ours - ratio * theirs, np.cumsum(sizes)[:-1])
-    if min(sizes) < 2:
-        return Estimate(ratio, 0.0, np.inf)
     variance = sum(len(errors) * errors.var(ddof=1) for errors in each)
     reach = stats.t.ppf(0.5 + intervals.CONFIDENCE / 2, len(ours) - len(sizes)) * np.sqrt(variance) / theirs.sum()
     return Estimate(ratio, max(0.0, ratio - reach), ratio + reach)
