@@ -88,11 +88,6 @@ def _line(
     names = [name for group in groups for name in group]
     alone = house[house.house.isin(names) & (house.caregiver == "none")].damage.mean()
     ours, theirs = ([_damage(table, name, caregiver) for name in names] for table in (house, grid))
-    one = len(names) == 1
-    ratio: Estimate[float] = intervals.of_ratio(ours[0], theirs[0]) if one else two_level.of_ratio(ours, theirs)
-    if len(groups) > 1 and all(len(group) > 1 for group in groups):
-        each = two_level.house_means(ours), two_level.house_means(theirs)
-        ratio = of_stratified_ratio(*each, [len(group) for group in groups])
     means = [sum(found.mean() for found in damage) / len(names) for damage in (theirs, ours)]
     return {
         "shape": where,
@@ -100,8 +95,21 @@ def _line(
         "caregiver": caregiver,
         "alone": alone,
         "means": means,
-        "ratio": ratio,
+        "ratio": of_ratio(ours, theirs, [len(group) for group in groups]),
     }
+
+
+def of_ratio(ours: Sequence[np.ndarray], theirs: Sequence[np.ndarray], sizes: Sequence[int]) -> Estimate[float]:
+    """Return the ratio of the means over houses, an array of episodes each, of so many houses of every shape, in turn.
+
+    Its interval is over the episodes of a single house, over houses within their shapes if there are several of each of
+    several shapes, else over houses.
+    """
+    if len(ours) == 1:
+        return intervals.of_ratio(ours[0], theirs[0])
+    if len(sizes) == 1 or min(sizes) == 1:
+        return two_level.of_ratio(ours, theirs)
+    return of_stratified_ratio(two_level.house_means(ours), two_level.house_means(theirs), sizes)
 
 
 def of_stratified_ratio(ours: np.ndarray, theirs: np.ndarray, sizes: Sequence[int]) -> Estimate[float]:

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from caregiver_mj import cli
-from studies.shapes import of_stratified_ratio
+from caregiver_mj.experiments import intervals, two_level
+from studies.shapes import of_ratio, of_stratified_ratio
 from study import main
 
 OURS, THEIRS = np.array([2.0, 4.0, 6.0, 10.0]), np.array([1.0, 3.0, 2.0, 4.0])
@@ -26,6 +27,14 @@ def test_what_differs_from_shape_to_shape_is_no_chance():
 def test_a_ratio_is_not_negative_and_there_may_be_none():
     assert of_stratified_ratio(np.array([0.0, 9.0, 0.0, 9.0]), np.ones(4), [2, 2]).low == 0.0
     assert np.isnan(of_stratified_ratio(OURS, np.zeros(4), [2, 2]).value)
+
+
+def test_houses_are_taken_within_their_shapes_where_there_are_several_of_each():
+    ours, theirs = ([np.array([mean - 1.0, mean + 1.0]) for mean in means] for means in (OURS, THEIRS))
+    assert of_ratio(ours, theirs, [2, 2]) == pytest.approx(of_stratified_ratio(OURS, THEIRS, [2, 2]))
+    for sizes in ([4], [1, 3]):
+        assert of_ratio(ours, theirs, sizes) == two_level.of_ratio(ours, theirs) != of_ratio(ours, theirs, [2, 2])
+    assert of_ratio(ours[:1], theirs[:1], [1]) == intervals.of_ratio(ours[0], theirs[0])
 
 
 @pytest.mark.slow
