@@ -35,11 +35,12 @@ class BaseMotion:
         now: The present time.
         led_off: How often the base has been led off its path, which it gives up then.
         is_watched: Whether it has been said how fast the base may drive, and turn, at this control timestep.
+        stops: Whether it has been led off, and has had no path since: it comes to rest as soon as it can.
     """
 
     now = 0.0
     led_off = 0
-    is_watched = False
+    is_watched = stops = False
     _path: BasePath | None
     _playback: ScalarMotion
     _rate: float  # that was asked for last
@@ -72,7 +73,7 @@ class BaseMotion:
         else:
             if moves:
                 raise PathError("no room to turn into the path")
-        self._path = path
+        self._path, self.stops = path, False
         self._asked = points, is_clear
         self._looked_up = None
         # A base that slows down goes on with that if it goes on much the same way: its path begins as fast as the last
@@ -96,6 +97,7 @@ class BaseMotion:
         """
         self.led_off += 1
         self._hold(position)
+        self.stops = True
         if math.hypot(*velocity) > _AT_REST:
             self._path = BasePath.to_rest(position, velocity, acceleration, self._told_limits)
             self._playback = ScalarMotion(Limits(1.0, 1.0, 1.0), 0.0)
@@ -107,7 +109,7 @@ class BaseMotion:
         It holds for one control timestep: a base at which nobody looks any more stops.
         """
         self.is_watched = True
-        if self._path is None:
+        if self._path is None or self.stops:
             return
         if self._rate == 0.0 and self._playback.at(self.now)[0] < self._path.turned_in:
             self._turn_on_the_spot(self._path)

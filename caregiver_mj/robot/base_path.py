@@ -15,8 +15,8 @@ from caregiver_mj.robot.scalar_motion import NOTHING, PathError, extremes, param
 
 _OVERSHOOT = 0.003  # metres beyond the end of a line that are none
 _TURN_IN_LENGTHS = (0.5, 0.8, 1.2, 1.8, 2.6)  # metres in which a new path may be entered at speed; the quickest wins
-# Of a base's limits, to brake with along and across its motion; what is told lags behind and must be able to catch up.
-_BRAKING_SHARES = (0.8, 0.3)
+# Shares of a base's limits to brake with along and across its motion; what is told lags behind and must catch up.
+BRAKES_ALONG, _BRAKES_ACROSS = 0.8, 0.3
 
 
 class BasePath:
@@ -84,8 +84,8 @@ class BasePath:
         asked.control_interface = ControlInterface.Velocity
         asked.synchronization = Synchronization.TimeIfNecessary
         asked.target_velocity = [0.0, 0.0]
-        asked.max_acceleration = [limits.acceleration * share for share in _BRAKING_SHARES]
-        asked.max_jerk = [limits.jerk * share for share in _BRAKING_SHARES]
+        asked.max_acceleration = [share * limits.acceleration for share in (BRAKES_ALONG, _BRAKES_ACROSS)]
+        asked.max_jerk = [share * limits.jerk for share in (BRAKES_ALONG, _BRAKES_ACROSS)]
         path._append(position, axis, solve(Ruckig(2), asked))
         path.goal = path._pieces[-1].at(path.duration)[0]
         return path

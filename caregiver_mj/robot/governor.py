@@ -49,6 +49,9 @@ def govern(view: View, robot: RobotMotion, clearance: Clearance, control_timeste
     if separation.is_alone(view, robot.robot, separation.FREE + view.unsure):
         robot.giving_way.yields, robot.catch_up = False, math.inf
         return robot.action(view.base, view.arm)
+    _, velocity, acceleration = motion = robot.base_reference()
+    if not robot.stops and separation.must_stop(view, robot.robot, velocity, acceleration):
+        robot.let_go(*motion)
     at_hand = separation.is_child_at_hand(view, robot.robot, robot.reached)
     robot.giving_way.yields = at_hand
     near = 0.0 if at_hand else separation.gap(view, robot.robot) - view.unsure

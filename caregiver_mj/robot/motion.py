@@ -103,7 +103,8 @@ class RobotMotion(BaseMotion):
         self.giving_way = GivingWay(len(arm_of(self.robot).tucked))
         self._feedback, self._turn_feedback = _CATCH_UP_SPEED, _CATCH_UP_TURN
         self._seen_at = float(base[0]), float(base[1])
-        self.led_off, self._is_free = 0, True  # whether the base is told what it wants
+        self.led_off, self.stops = 0, False
+        self._is_free = True  # whether the base is told what it wants
         self._velocity = FollowedVelocity(self.robot.limits.as_told, self._timestep)
         self._hold((float(base[0]), float(base[1])))
         self._turning, self._turn_bound = limits.yaw, math.inf  # rad/s: lower while children are near

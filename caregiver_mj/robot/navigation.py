@@ -199,7 +199,7 @@ class Navigator(Routes):
         if cells is None:
             return None
         ends = {start_cell, goal_cell}
-        shut = np.array([self._code(cell) for cell in {*closed, *self.plan.stairwells} - ends], int)
+        shut = np.array([y * self.plan.shape[1] + x for y, x in {*closed, *self.plan.stairwells} - ends], int)
         # The first point is the centre of the cell in which the base stands: the way out if nothing else is in sight.
         points = [start, *(self.centres[cell] for cell in cells[:-1]), goal]
         if len(points) > 2 and geometry.distance_to_line(start, *points[1:3]) < _ON_THE_WAY:
@@ -290,9 +290,6 @@ class Navigator(Routes):
             if has_room and self.visible(start, place, children, hand=hand):
                 found[cell] = place
         return list(found.values())
-
-    def _code(self, cell: Cell) -> int:
-        return cell[0] * self.plan.shape[1] + cell[1]
 
     def _codes(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Codes of the cells in which points lie."""

@@ -16,6 +16,7 @@ from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import geometry
 from caregiver_mj.robot.base_motion import PLANNED_AHEAD
+from caregiver_mj.robot.base_path import BRAKES_ALONG
 from caregiver_mj.robot.clearance import Clearance
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.geometry import Pose, Vector
@@ -53,6 +54,7 @@ _TUCKED, _FAR_FROM_HAND = 0.05, 1.2  # share of the reach below which it is tuck
 _IN_THE_WAY_GAP = 0.05  # metres between base and child on a path below which the child stands in its way
 _WITHIN = 1e-6  # metres, of a vector of which only the direction is known
 _SOON = 0.8  # seconds within which a child goes on as it walks now
+_HEAD_ON = 0.5  # cosine between motion and child above which a base that cannot stop before it on its path leaves that
 _TOUCHED = 0.002  # metres to a child that touches the base, or does so at the next control timestep
 _NO_NEARER = 0.05  # metres to a child below which nothing leads towards it, be it on a path that slides past it
 _BRAKES = 1.5  # m/s^2 with which it brakes where it is touched; until then what is told keeps its own limits
@@ -238,6 +240,28 @@ def _allowed_rate(
     if towards <= _SLIDE_TOWARDS * speed:
         rate = max(rate, creep, _sliding_rate(view, robot, gap, _walking_speed(child), leaves, towards, soon))
     return min(1.0, rate)
+
+
+def must_stop(view: View, robot: Embodiment, velocity: Vector, acceleration: Vector) -> bool:
+    """Return whether a base that moves so, m/s and m/s^2, has no more than the way left that it needs to stop.
+
+    A path that itself speeds up, or turns, slows down later than `allowed_rate` reckons with. The base then leaves it:
+    a protective stop (ISO 10218-1). A linear change of acceleration costs (a + b)^2 / (2 b jerk) of time, with b that
+    of braking.
+    """
+    if (speed := math.hypot(*velocity)) < _SLIDE_SPEED:
+        return False
+    told = robot.limits.as_told
+    braking, jerk = BRAKES_ALONG * told.acceleration, BRAKES_ALONG * told.jerk
+    ahead = (velocity[0] * acceleration[0] + velocity[1] * acceleration[1]) / speed
+    delay = _REACTION + view.age + max(0.0, ahead + braking) ** 2 / (2 * braking * jerk)
+    for child in view.children:
+        x, y = outwards(robot, view.base[2], (child.position[0] - view.base[0], child.position[1] - view.base[1]))
+        towards = (velocity[0] * x + velocity[1] * y) / math.hypot(x, y)
+        needs = towards * (delay + speed / (2 * braking)) + _walking_speed(child) * (delay + speed / braking)
+        if towards > _HEAD_ON * speed and gap_to(view.base, robot, child) < needs:
+            return True
+    return False
 
 
 def _sliding_rate(

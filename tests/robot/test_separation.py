@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from views import child, view
 
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.robot import separation
+from caregiver_mj.robot import governor, separation
+from caregiver_mj.robot.clearance import Clearance
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.scalar_motion import ScalarMotion
@@ -24,6 +25,7 @@ CHILD_SPEED = 0.62  # m/s, at which it may come
 REACTION = 0.04  # seconds
 REMAINS = 0.08  # metres
 TIMESTEP = 0.02  # seconds
+WIDE = FloorPlan.parse("\n".join(["#" * 30, "#S{0}#", *["#.{0}#"] * 24, "#B{0}#", "#" * 30]).format("." * 27), "wide")
 OPEN = FloorPlan.parse("########\n#......#\n#S.....#\n#......#\n#B.....#\n########", "open")
 
 speeds = st.floats(-0.7, 0.7)
@@ -72,6 +74,29 @@ def test_a_base_that_slides_past_is_at_a_creep_before_a_child_is_at_it(gap, spee
     braking.run_at(rate * speed, 0.0, at_once=True)
     braking.run_at(0.0, REACTION)
     assert rate == 1.0 or braking.at(gap / CHILD_SPEED)[1] < STRIKE_SPEED
+
+
+@pytest.mark.parametrize(
+    ("heading", "speeds_up", "runs_at", "needs"),
+    [
+        # 1.472 m/s^2 at 24.64 m/s^3: 0.070 s until it brakes fully, 0.681 s until it stands, at 0.9 m/s.
+        (0.0, 0.0, 0.0, 0.9 * (0.0699 + 0.3057) + 0.62 * 0.6813),
+        (0.0, 0.0, 0.8, 0.9 * (0.0699 + 0.3057) + 0.8 * 0.6813),
+        (0.0, 1.472, 0.0, 0.9 * (0.1595 + 0.3057) + 0.62 * 0.7709),  # first it must cease to speed up
+        (0.0, -1.472, 0.0, 0.9 * (0.04 + 0.3057) + 0.62 * 0.6514),  # it brakes already
+        (1.0, 0.0, 0.0, 0.9 * math.cos(1.0) * (0.0699 + 0.3057) + 0.62 * 0.6813),
+    ],
+)
+def test_a_base_must_stop_where_it_has_no_more_way_left_than_that(heading, speeds_up, runs_at, needs):
+    unit = math.cos(heading), math.sin(heading)
+    motion = tuple(0.9 * x for x in unit), tuple(speeds_up * x for x in unit)
+    for room, must in ((needs - 0.002, True), (needs + 0.002, False)):
+        assert separation.must_stop(view(child(TOUCHING + room, 0.0, -runs_at)), ROBOT, *motion) == must
+
+
+def test_a_base_that_passes_or_leaves_or_hardly_moves_need_not_stop():
+    for velocity in ((0.3, 0.85), (-0.9, 0.0), (0.01, 0.0), (0.0, 0.0)):
+        assert not separation.must_stop(view(child(TOUCHING + 0.02, 0.0)), ROBOT, velocity, (0.0, 0.0))
 
 
 def test_a_base_that_leaves_a_child_straight_is_not_slowed_down():
@@ -159,11 +184,7 @@ ways = st.lists(st.tuples(st.floats(0.4, 3.0), st.floats(-2.0, 2.0)), min_size=1
 @example(way=[(2.6473, 0.2132), (0.5495, -0.0056), (1.1411, 0.8797)], when=0.4386)  # the worst of 1,200 near a corner
 def test_a_base_brakes_on_any_path_as_its_limits_say(way, when):
     """From any motion on a path with corners: within what `RobotLimits.braking` says, and the base's acceleration."""
-    points, heading = [(0.0, 0.0)], 0.0
-    for length, turn in way:
-        heading += turn
-        points.append((points[-1][0] + length * math.cos(heading), points[-1][1] + length * math.sin(heading)))
-    robot = RobotMotion(ROBOT, TIMESTEP)
+    points, robot = polyline(way), RobotMotion(ROBOT, TIMESTEP)
     robot.reset((0.0, 0.0, 0.0))
     robot.drive_along(points, lambda _: True)
     brakes_at = when * robot.time_left
@@ -184,6 +205,37 @@ def test_a_base_brakes_on_any_path_as_its_limits_say(way, when):
     # The fastest that it gets until the acceleration under way has turned into braking counts.
     fastest = max(speed, math.hypot(*velocity))
     assert gone <= fastest**2 / (2 * deceleration) + fastest * (build_up + 2 * TIMESTEP) + CORNER
+
+
+def polyline(way):
+    """The points of a way given by lengths, metres, and turns, radians."""
+    points, heading = [(0.0, 0.0)], 0.0
+    for length, turn in way:
+        heading += turn
+        points.append((points[-1][0] + length * math.cos(heading), points[-1][1] + length * math.sin(heading)))
+    return points
+
+
+@settings(max_examples=60, deadline=None)
+@given(way=ways, when=st.floats(0.0, 0.8), aside=st.tuples(st.floats(-0.3, 0.3), st.floats(-0.3, 0.3)))
+@example(
+    way=[(2.628, 0.878), (1.575, 0.675), (0.894, 0.852), (1.637, 0.729)], when=0.4912, aside=(-0.188, -0.032)
+)  # on its path alone it still had 0.2 m/s
+def test_a_base_is_at_rest_before_a_child_that_comes_whatever_its_path(way, when, aside):
+    points, robot, clearance = polyline(way), RobotMotion(ROBOT, TIMESTEP), Clearance(WIDE, ROBOT)
+    robot.reset((0.0, 0.0, 0.0))
+    robot.drive_along(points, lambda _: True)
+    sets_off = when * robot.time_left
+    base, toddler, walks, told = np.zeros(2), np.add(points[-1], aside), np.zeros(2), np.zeros(2)
+    while robot.now < 8.0 and (room := np.linalg.norm(base - toddler)) > TOUCHING:
+        if robot.now >= sets_off:
+            walks = CHILD_SPEED * (base - toddler) / room
+        seen = view(child(*toddler, *walks), base=(*base, 0.0), now=robot.now)
+        robot.set_rate(governor.path_rate(seen, robot))
+        told = governor.govern(seen, robot, clearance, TIMESTEP)[ROBOT.layout.base][:2]
+        base, toddler = base + TIMESTEP * told, toddler + TIMESTEP * walks
+        robot.now += TIMESTEP
+    assert robot.now >= 8.0 or told @ (toddler - base) < STRIKE_SPEED * TOUCHING
 
 
 @pytest.mark.parametrize(

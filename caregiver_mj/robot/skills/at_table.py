@@ -176,6 +176,7 @@ class AtTable(Skill):
         is_late = view.age > _LATE
         is_on_its_path = math.dist(view.base[:2], robot.base_reference()[0]) < _ON_PATH
         at_last = self._rests(view) if is_late else robot.time_left < approach.last_time and is_on_its_path
+        at_last &= not robot.stops
         last_distance = approach.last_distance if robot.moving and robot.rate > 0.99 else _LAST_DISTANCE_SLOWED
         if robot.reached < 1.0:
             self._came_down_at = view.now
