@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from caregiver_mj.robot.base_path import BasePath
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.motion import RobotMotion
 
@@ -31,6 +32,30 @@ def test_an_ideal_base_follows_its_path_and_stops_at_its_end():
     np.testing.assert_allclose(base[:2], [2.0, 1.5], atol=1e-4)
     np.testing.assert_allclose(action[:3], 0.0, atol=1e-3)
     assert not robot.moving
+
+
+@pytest.mark.parametrize("rate", [0.0, 0.4, 1.0])
+def test_a_base_that_has_left_its_path_stops_as_soon_as_it_can_at_whatever_rate_it_is_asked_for(rate):
+    robot = motion_along((3.0, 0.0))
+    while np.hypot(*robot.base_reference()[1]) < 1.0:
+        robot.set_rate(1.0)
+        robot.now += 0.02
+    assert not robot.stops
+    at, motion = robot.now, robot.base_reference()
+    robot.let_go(*motion)
+    way = BasePath.to_rest(*motion, ROBOT.limits.as_told)
+    while robot.moving:
+        np.testing.assert_allclose(robot.base_reference(), way.at(robot.now - at), atol=1e-9)
+        robot.set_rate(rate)
+        robot.now += 0.02
+    assert robot.now - at == pytest.approx(way.duration, abs=0.05)
+    assert robot.stops  # until it has another path, or another episode begins
+    here = robot.base_reference()[0]
+    robot.reset((*here, 0.0))
+    assert not robot.stops
+    robot.let_go(here, (0.0, 0.0), (0.0, 0.0))
+    robot.drive_along([here, (0.0, 0.0)], lambda _: True)
+    assert not robot.stops
 
 
 def test_a_base_tells_how_much_of_its_speed_it_has():
