@@ -94,6 +94,13 @@ def test_a_base_must_stop_where_it_has_no_more_way_left_than_that(heading, speed
         assert separation.must_stop(view(child(TOUCHING + room, 0.0, -runs_at)), ROBOT, *motion) == must
 
 
+def test_a_base_stops_sooner_for_a_child_that_is_seen_late_and_for_any_of_several():
+    needs = 0.9 * (0.0699 + 0.3057) + 0.62 * 0.6813  # as above
+    for late, room, must in ((0.0, 0.05, False), (0.06, 0.05, True), (0.06, 0.1, False)):  # 0.091 m by then
+        seen = view(child(-2.0, 0.0), child(TOUCHING + needs + room, 0.0))
+        assert separation.must_stop(dataclasses.replace(seen, age=late), ROBOT, (0.9, 0.0), (0.0, 0.0)) == must
+
+
 def test_a_base_that_passes_or_leaves_or_hardly_moves_need_not_stop():
     for velocity in ((0.3, 0.85), (-0.9, 0.0), (0.01, 0.0), (0.0, 0.0)):
         assert not separation.must_stop(view(child(TOUCHING + 0.02, 0.0)), ROBOT, velocity, (0.0, 0.0))
