@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 
 import numpy as np
@@ -49,7 +50,7 @@ class Executive:
             retrievals=retrievals,
             novice_timestep=novice_timestep,
             passed_over=PassedOver(len(navigator.plan.hazards)),
-            destination=self._destination,
+            destination=functools.partial(_destination, caregiver),
             takes_orders=caregiver.takes_orders,
         )
         self.reset()
@@ -112,9 +113,6 @@ class Executive:
         if self.routine is None or _is_another(wanted, self.routine.intervention):
             self._begin(wanted, view, percept)
 
-    def _destination(self, percept: Percept, candle: int) -> int:
-        return int(self._caregiver.destination(percept, np.array([candle]))[0])
-
     def _begin(self, wanted: Intervention, view: View, percept: Percept) -> None:
         self.begun += verb_of(wanted.verb).counts
         self.routine = half_of(wanted.verb, ROUTINES, "policy.routines.ROUTINES")(self._means, wanted, view, percept)
@@ -138,6 +136,10 @@ class Executive:
             wait = LEFT_LYING if status is Status.OUT_OF_REACH else PASSED_OVER
             self._means.passed_over.note(intervention.hazard, view.now, wait)
         self.routine = None
+
+
+def _destination(caregiver: Caregiver, percept: Percept, candle: int) -> int:
+    return int(caregiver.destination(percept, np.array([candle]))[0])
 
 
 def _is_another(wanted: Intervention, now: Intervention) -> bool:

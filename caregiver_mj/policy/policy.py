@@ -124,8 +124,7 @@ class CaregiverPolicy:
                 f"sight must be all with a caregiver that needs privileged information, got {info.sight}"
             )
         self.caregiver.sight = info.sight
-        self._heights: tuple[float, ...] | None = None  # of the tables for which the planning scene was made last
-        self._retrievals = RetrievalPlanner(navigator, lambda: _make_scene(self.plan, embodiment, self._heights))
+        self._retrievals = RetrievalPlanner(navigator, functools.partial(_make_scene, self.plan, embodiment))
         self.caregiver.pace = robot_pace(navigator, info.novice_timestep, self._timestep)
         self.executive = Executive(
             self.caregiver, self._perception, navigator, self._retrievals, info.novice_timestep, truth
@@ -216,9 +215,8 @@ class CaregiverPolicy:
     def _prepare_retrievals(self) -> None:
         """Have the planning scene made for tables as high as they seem, unless it is: before the robot moves."""
         if self.plan.candle_tables or self.plan.floor_cells:
-            seen, before = self._perception.table_heights, self._heights
-            self._heights = None if seen is None else tuple(seen.tolist())
-            self._retrievals.prepare(anew=self._heights != before)
+            seen = self._perception.table_heights
+            self._retrievals.prepare(None if seen is None else tuple(seen.tolist()))
 
     def _check_house(self, observation: dict[str, np.ndarray]) -> None:
         """Raise CaregiverError if an episode begins as none can in this house: it is that of another one."""

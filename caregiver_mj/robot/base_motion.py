@@ -33,9 +33,9 @@ class BaseMotion:
 
     Attributes:
         now: The present time.
-        led_off: How often the base has been led off its path, which it gives up then.
+        led_off: How often the base has given its path up: it had been led off it, or could not stop in time on it.
         is_watched: Whether it has been said how fast the base may drive, and turn, at this control timestep.
-        stops: Whether it has been led off, and has had no path since: it comes to rest as soon as it can.
+        stops: Whether it has, and has had no other one since: it comes to rest as soon as it can.
     """
 
     now = 0.0
@@ -88,7 +88,7 @@ class BaseMotion:
         self._playback.run_at(self._rate, self.now, at_once=True)
 
     def let_go(self, position: Vector, velocity: Vector, acceleration: Vector) -> None:
-        """Give up the path of a base that has been led off it, and come to rest from where it is as soon as it can.
+        """Give the base's path up, and come to rest from where it is as soon as it can.
 
         Args:
             position: Where it is, metres.

@@ -82,7 +82,7 @@ class Driver:
         self._stops = False  # before it takes another path
         self._is_barred = False  # by children, when the way was last looked at
         self._hand: Vector | None = None  # from the base's middle, in the house, if something is in it
-        self._led_off = 0  # how often it had been led off its path when it was last looked at
+        self._led_off = 0  # how often the path had been given up when it was last looked at
         self._interrupted: float | None = None  # heading to which it was turning when a child came
         self._faces = math.nan  # heading in which it looks; at first none
         self._litter: set[Cell] = set()  # cells that the present path keeps clear of

@@ -34,6 +34,7 @@ _CHILD_AWAY = 1.7  # metres from a child to where the base stands then
 _CHECKS = 49  # poses on the arm's way that are checked for collisions
 # Milliseconds that pieces of a search take: a route, a pose checked, a way of the arm checked, a try at its kinematics.
 _ROUTE, _POSE, _WAY, _GUESS = 0.2, 0.1, 3.0, 6.0
+Heights = tuple[float, ...]  # of the tables' tops, metres; None stands for the usual one
 Found = TypeVar("Found")
 Work = Generator[float, None, Found]  # yields milliseconds
 _AT_ONCE = 12.0  # stated milliseconds of a search in a control timestep; the last piece of work may come on top
@@ -61,19 +62,21 @@ class RetrievalPlanner:
     Children will be elsewhere by the time that the base is there; but where one is now, the arm reaches last.
     """
 
-    def __init__(self, navigator: Navigator, make_scene: Callable[[], PlanningScene]):
+    def __init__(self, navigator: Navigator, make_scene: Callable[[Heights | None], PlanningScene]):
         # Making the house's planning scene is costly, and seldom needed: it is made then only.
         self._navigator, self._make_scene = navigator, make_scene
+        self._heights: Heights | None = None
         self._robot, self._arm = navigator.robot, arm_of(navigator.robot)
         self._things = layout.things(navigator.plan)
 
     @functools.cached_property
     def _scene(self) -> PlanningScene:
-        return self._make_scene()
+        return self._make_scene(self._heights)
 
-    def prepare(self, anew: bool) -> None:
-        """Make the planning scene now, where there is time for it, if there is none or another one is asked for."""
-        if anew:
+    def prepare(self, heights: Heights | None) -> None:
+        """Make the planning scene now, where there is time for it, unless there is one for tables of these heights."""
+        if heights != self._heights:
+            self._heights = heights
             vars(self).pop("_scene", None)
         self._scene  # noqa: B018 (kept once asked for)
         if self._navigator.plan.floor_cells:

@@ -21,7 +21,7 @@ MIDDLE = (*ROOM.position((4, 4)).tolist(), 0.0)
 def planner(robot):
     made = []
 
-    def make_scene():
+    def make_scene(heights):
         made.append(PlanningScene(build_house(ROOM, robot, visuals=False), ROOM, robot))
         return made[-1]
 

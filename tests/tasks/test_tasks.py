@@ -1,10 +1,12 @@
 """The tasks: dm_env's contract, what can be observed and commanded, determinism, and agreement with the grid."""
 
 import dataclasses
+import gc
 import hashlib
 import itertools
 import subprocess
 import sys
+import weakref
 
 import numpy as np
 import pytest
@@ -246,6 +248,7 @@ def test_bad_input_gives_one_clear_line(arguments, message):
 
 _FINGERPRINT = """
 import dataclasses
+import gc
 import hashlib
 import caregiver_mj
 
@@ -320,6 +323,27 @@ def test_unassisted_toddler_fares_in_the_house_as_in_the_grid(plan, epsilon, see
     assert ours["damage"] > 0
     np.testing.assert_array_equal(env.task.ledger.visits, expected.visits)
     np.testing.assert_array_equal(env.task.ledger.damage_at, expected.damage_at)
+
+
+# -- The end of an environment -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("caregiver", [None, "expected-danger", "foresight"])
+@pytest.mark.parametrize("task", ["supervise", "relocate_candle"])
+def test_what_nobody_holds_any_more_is_gone_at_once(task, caregiver):
+    """Left to the garbage collector, simulations would be cleared away in the midst of later episodes, in 50 ms."""
+    gc.disable()
+    try:
+        env = load(task)
+        policy = caregiver and caregiver_mj.CaregiverPolicy(env, caregiver)
+        step, nothing = env.reset(), np.zeros(env.action_spec().shape)
+        for _ in range(200):
+            step = env.step(policy(step) if policy else nothing)
+        held = [weakref.ref(one) for one in (env.physics, env.task, policy) if one is not None]
+        del env, policy, step
+        assert [one() for one in held] == [None] * len(held)
+    finally:
+        gc.enable()
 
 
 # -- A child that heads for the robot ----------------------------------------------------------------

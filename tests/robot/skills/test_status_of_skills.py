@@ -63,7 +63,7 @@ class Stage:
         return self._robot.reached
 
     def retrieve(self, planner: type[RetrievalPlanner] = RetrievalPlanner, pitch_down: float | None = None) -> Retrieve:
-        make_scene = lambda: PlanningScene(build_house(ROOM), ROOM, ROBOT)  # noqa: E731
+        make_scene = lambda heights: PlanningScene(build_house(ROOM), ROOM, ROBOT)  # noqa: E731
         return Retrieve(self.navigator, planner(self.navigator, make_scene), CANDLE, pitch_down)
 
     def put_candle(self, x: float, y: float, z: float, tilt: float) -> None:
