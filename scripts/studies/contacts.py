@@ -2,8 +2,9 @@
 
 Beside each other: strikes as ever, by the robot's speed towards the child, and by that of its surface, turning and
 sliding too; pressings; forces, with what adults bear; and how close flame and wax come. The episodes are those of a
-finished run in the house, or run here; of the latter also pressings by the part of the robot and by who moved, which
-skill took longest, and whether the robot kept its limits, if that is asked for. The exit status is 1 if it did not.
+finished run in the house, or run here; of the latter also strikes and pressings by who moved, pressings by the part of
+the robot, which skill took longest, and whether the robot kept its limits, if that is asked for. The exit status is 1
+if it did not.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import functools
 import json
 import pathlib
 import time
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import pandas as pd
@@ -27,10 +29,11 @@ from caregiver_mj.experiments.workers import run_jobs
 from caregiver_mj.house.children import ContactWatch
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.sensing import Sensing
+from caregiver_mj.house.touch import Touch
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.policy.policy import CaregiverPolicy
-from caregiver_mj.recording.contacts import Contacts
+from caregiver_mj.recording.contacts import STRIKE_SPEED, Contacts
 from caregiver_mj.robot.skills import Skill
 from caregiver_mj.robot.status import Status
 from caregiver_mj.tasks import load
@@ -82,6 +85,7 @@ def run(options: argparse.Namespace) -> int:
             print(f"## {robot}\n")
         print(page(episodes, options.compliant))
         print(presses_table(episodes).markdown())
+        print(f"Strikes by a robot that stood, and that a child pushed: {episodes.strikes_pushed.sum():.0f}.")
         print(longest_skill(episodes))
         if audit := audit_of(episodes):
             report(make_console(), audit)
@@ -139,6 +143,12 @@ class Presses:
                 self.counts[max(PARTS, key=now.parts.__getitem__) + how] += 1
 
 
+def is_pushed(touches: Iterable[Touch]) -> bool:
+    """Return whether a robot that strikes a child stands as far as its drives go: then a child pushes it."""
+    fast = [touch for touch in touches if touch.speed > STRIKE_SPEED]
+    return all(touch.kind == "robot" and touch.driven_speed < MOVES for touch in fast)
+
+
 def _touched(physics: Physics, child: int) -> set[str]:
     """Return the parts of the robot that a child touches now."""
     model, reader, found = physics.model.ptr, physics.touch_reader, set()
@@ -186,14 +196,15 @@ def supervise(audited: frozenset[Job], job: Job) -> dict[str, Any]:
     policy, seed, longest = CaregiverPolicy(env, job.caregiver), episode_seed(0, job.episode), Longest()
     presses = Presses(len(Family.parse(job.family)))
     env.task.reseed(episode_random(seed))
-    start, timestep = time.process_time(), env.reset()
+    start, timestep, pushed = time.process_time(), env.reset(), 0
     with Recorder(env) if job in audited else contextlib.nullcontext() as recorder:
         while not timestep.last():
-            timestep = env.step(policy(timestep))
+            before, timestep = env.task.strikes, env.step(policy(timestep))
+            pushed += (env.task.strikes - before) * is_pushed(env.physics.touches)
             longest.look(policy, env.physics.time())
             presses.look(env.physics)
     row = {name: getattr(job, name) for name in Job.__annotations__} | {"seed": seed} | env.task.outcome()
-    row |= {"skill": longest.skill, "skill_seconds": longest.seconds, **presses.counts}
+    row |= {"skill": longest.skill, "skill_seconds": longest.seconds, **presses.counts, "strikes_pushed": pushed}
     if recorder:
         name = f"{job.house} {job.family} {job.episode}"
         row["audit"] = dataclasses.asdict(Audit.of(recorder.log(), job.embodiment, name))

@@ -1,14 +1,15 @@
-"""The study of contacts: which part of the robot presses a child, and who moves."""
+"""The study of contacts: which part of the robot presses a child, and who moves when it does, or strikes one."""
 
 import numpy as np
 
 from caregiver_mj.children.walk import ToddlerWalk
 from caregiver_mj.house.physics import Physics
+from caregiver_mj.house.touch import Touch
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.view import CHILD_RADIUS
-from studies.contacts import Presses
+from studies.contacts import Presses, is_pushed
 
 HALL = FloorPlan.parse("############\n#..........#\n#B.........#\n#..........#\n############", "hall")
 LOW = np.array([0.0, 1.2, 0.0, -1.6, 0.0, 2.8, 0.8])  # the arm ahead, with the hand as low as a child
@@ -67,3 +68,11 @@ def test_each_child_is_counted_and_a_contact_that_ends_is_over():
     assert pressed((x, -y), 0.8, others=[(x, y)]) == {"base": 2}
     assert pressed(beside(), 1.4, pause=range(30, 40)) == {"base": 2}
     assert pressed(beside(), 0.8, pause=range(20, 30)) == {}
+
+
+def test_who_moves_in_a_strike():
+    pushed, driven = (Touch(0, "robot", -1, (1.0, 0.0), 0.07, 0.07, speed) for speed in (0.0, 0.06))
+    slow, gate = Touch(1, "robot", -1, (1.0, 0.0), 0.01, 0.08, 0.08), Touch(0, "panel", 0, (1.0, 0.0), 0.07)
+    assert is_pushed([pushed, slow])
+    assert not is_pushed([pushed, driven])
+    assert not is_pushed([gate])  # the robot closes it
