@@ -44,6 +44,7 @@ _PATIENCE = 1.7  # seconds for which the robot gets out of the way of a child th
 # Seconds, two of these, for which it keeps to a place out of the way of a child that stays so near, metres: one that
 # follows it bars its way from there for ever, and opens it as it follows on.
 _IN_VAIN, _STAYS = 3.4, 0.5
+_TURNS = 12  # in so many parts half a turn brings it nearer
 # Seconds without coming nearer after which it gives up: six steps of a toddler. One that only goes by is gone sooner,
 # and no detour in a house takes as long.
 TIME_OUT = 10.0
@@ -120,9 +121,13 @@ class Driver:
         off = math.dist(goal, view.base[:2])
         looks_round = yaw is None and view.gaze is not None
         turn = 0.0 if looks_round else abs(math.remainder(keeps - view.base[2], math.tau))
-        if off < ARRIVED and turn < ARRIVED_YAW and not robot.moving:
-            self.patience.note(0, view.now)  # once: a child may push it off again and again
-            return Status.FAILED if self.patience.is_over(view.now) else Status.DONE
+        if off < ARRIVED and not robot.moving:
+            # The rest of its turn counts as half a cell at most: a child may interrupt that again and again, and to turn
+            # back to somewhere else would take as long. To arrive counts once, for a child may push it off as often.
+            is_there = turn < ARRIVED_YAW
+            self.patience.note(0.0 if is_there else 0.5 * math.ceil(_TURNS * turn / math.pi) / _TURNS, view.now)
+            if is_there:
+                return Status.FAILED if self.patience.is_over(view.now) else Status.DONE
         on_its_way = robot.moving and self._leads_to(goal)
         return Status.FAILED if self.patience.is_over(view.now, _LAST_OF_WAY * on_its_way) else Status.RUNNING
 
@@ -373,7 +378,7 @@ class Patience:
         """Forget how near it has come, because the way leads somewhere else now."""
         self._nearest = self._deadline = math.inf
 
-    def note(self, left: int, now: float) -> None:
+    def note(self, left: float, now: float) -> None:
         """Take in how long the rest of the way is, in cells, at a time in seconds."""
         if left < self._nearest:
             self._nearest, self._deadline = left, now + TIME_OUT

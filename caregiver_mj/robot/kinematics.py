@@ -212,8 +212,11 @@ def hand_offset(view: View, robot: Embodiment) -> Vector:
 
 def has_in_hand(view: View, robot: Embodiment, candle: int, thing: Thing) -> bool:
     """Return whether a candle, or another such thing, is between the fingers, and they have closed on it."""
-    if hand_is_empty(view, thing):
-        return False
+    return not hand_is_empty(view, thing) and is_at_hand(view, robot, candle, thing)
+
+
+def is_at_hand(view: View, robot: Embodiment, candle: int, thing: Thing) -> bool:
+    """Return whether a candle, or another such thing, is where it would be in the hand."""
     return math.dist(view.candles[candle].tolist(), hand_position(view, robot).tolist()) < thing.height
 
 

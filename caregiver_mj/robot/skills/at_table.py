@@ -188,7 +188,7 @@ class AtTable(Skill):
         if at_last and off < last_distance and turn < (approach.last_yaw if is_alone else ARRIVED_YAW):
             robot.reach(1.0)
             return True
-        if self._child_in_between(view, yaw, along):
+        if self._child_in_between(view, yaw, along, across):
             robot.reach(0.0)
             return False
         in_line = abs(across) < approach.hover_across and turn < approach.hover_yaw
@@ -204,13 +204,14 @@ class AtTable(Skill):
             robot.reach(0.0)
         return False
 
-    def _child_in_between(self, view: View, yaw: float, along: float) -> bool:
+    def _child_in_between(self, view: View, yaw: float, along: float, across: float) -> bool:
         """Whether a child is, or will shortly be, where the hand comes out between the base and the table.
 
-        The hand is no higher there than the child, and the base minds only the distance to itself.
+        The hand is no higher there than the child, and the base minds only the distance to itself. A base that comes
+        from the side has the floor beside the table before it.
         """
         to_table = self.embodiment.postures.reach - layout.TABLE_HALF_SIZE + along
-        if to_table - self.embodiment.footprint < 2 * CHILD_RADIUS:
+        if abs(across) < layout.TABLE_HALF_SIZE and to_table - self.embodiment.footprint < 2 * CHILD_RADIUS:
             return False  # no child fits in between any more
         here, there = view.base[:2], geometry.to_world((*view.base[:2], yaw), (to_table, 0.0))
         return distance_from_line(view, here, there, _CHILD_SOON) < self.embodiment.clearances.hand + CHILD_RADIUS

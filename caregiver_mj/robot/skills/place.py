@@ -10,7 +10,7 @@ from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.robot import geometry
 from caregiver_mj.robot.geometry import Vector
-from caregiver_mj.robot.kinematics import arm_of, hand_is_empty, hand_position, has_in_hand
+from caregiver_mj.robot.kinematics import arm_of, hand_is_empty, hand_position, is_at_hand
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.skills.at_table import BESIDE_TABLE, AtTable
@@ -47,8 +47,9 @@ class Place(AtTable):
         self._told = math.inf  # metres, height of the hand that was told a control timestep ago
 
     def _approach(self, view: View, robot: RobotMotion) -> Status:
-        held = robot.reached >= 1e-6 or has_in_hand(view, self.embodiment, self.candle, self.thing)
-        if hand_is_empty(view, self.thing) or not held:
+        # Fingers that are closer than it is wide may still hold it, by its edge.
+        is_unsure = hand_is_empty(view, self.thing) or robot.reached < 1e-6
+        if is_unsure and not is_at_hand(view, self.embodiment, self.candle, self.thing):
             return Status.OVERTAKEN  # it was lost on the way
         if view.now >= self._look_at or self.stand != self._spot_seen_from:
             self._spot, self._look_at = self._free_spot(view), view.now + _LOOK_INTERVAL
