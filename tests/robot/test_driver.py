@@ -115,6 +115,23 @@ def test_a_turn_stops_when_a_child_comes_and_goes_on_when_it_has_gone():
     assert headings[-1] == pytest.approx(2.0)
 
 
+@pytest.mark.parametrize(("leaves", "ends"), [(True, Status.DONE), (False, Status.FAILED)])
+def test_a_turn_that_gets_on_between_a_childs_visits_is_not_given_up(leaves, ends):
+    """One that gave up had another place to turn to, and turned back and forth with a candle in its hand."""
+    driver, robot = Driver(Navigator(OPEN, ROBOT)), RobotMotion(ROBOT, TIMESTEP)
+    x, y = centre(OPEN, (2, 4))
+    robot.reset((x, y, 0.0))
+    status, step = Status.RUNNING, 0
+    while status is Status.RUNNING and robot.now < 60.0:
+        away = 0.72 if leaves and step % 100 < 40 else 0.5  # for less than half of the time
+        seen = view(child(x + away, y), base=(x, y, robot.yaw), now=robot.now)
+        status, step = driver.drive(seen, robot, (x, y), (2, 4), math.pi), step + 1
+        robot.action((x, y, robot.yaw))
+        robot.now += TIMESTEP
+    assert status is ends
+    assert robot.now > 10.0
+
+
 @pytest.mark.parametrize("order", [1, -1])
 def test_children_in_both_of_two_ways_leave_none_until_one_goes(order):
     north, south = stands_in(TWO_WAYS, (1, 4)), stands_in(TWO_WAYS, (3, 4))

@@ -208,13 +208,15 @@ class AtTable(Skill):
         """Whether a child is, or will shortly be, where the hand comes out between the base and the table.
 
         The hand is no higher there than the child, and the base minds only the distance to itself. A base that comes
-        from the side has the floor beside the table before it.
+        from the side has the floor beside the table before it, as far as the hand reaches.
         """
-        to_table = self.embodiment.postures.reach - layout.TABLE_HALF_SIZE + along
-        if abs(across) < layout.TABLE_HALF_SIZE and to_table - self.embodiment.footprint < 2 * CHILD_RADIUS:
-            return False  # no child fits in between any more
-        here, there = view.base[:2], geometry.to_world((*view.base[:2], yaw), (to_table, 0.0))
-        return distance_from_line(view, here, there, _CHILD_SOON) < self.embodiment.clearances.hand + CHILD_RADIUS
+        far, hand = self.embodiment.postures.reach + along, self.embodiment.clearances.hand
+        if abs(across) + hand < layout.TABLE_HALF_SIZE:
+            far -= layout.TABLE_HALF_SIZE
+            if far - self.embodiment.footprint < 2 * CHILD_RADIUS:
+                return False  # no child fits in between any more
+        here, there = view.base[:2], geometry.to_world((*view.base[:2], yaw), (far, 0.0))
+        return distance_from_line(view, here, there, _CHILD_SOON) < hand + CHILD_RADIUS
 
     def _rests(self, view: View) -> bool:
         """Whether the base has been at rest for so long that it is seen where it is."""

@@ -6,11 +6,15 @@ import pytest
 from robot_plans import centre
 from views import child, view
 
+from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.robot import geometry
 from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.kinematics import arm_of, hand_position
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
-from caregiver_mj.robot.skills import Pick
+from caregiver_mj.robot.skills import Pick, Place
+from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import CHILD_RADIUS
 
 ROBOT = find_embodiment()
@@ -20,6 +24,9 @@ TOUCHING = ROBOT.footprint + CHILD_RADIUS  # metres between the middles of base 
 CORRIDOR = FloorPlan.parse(
     "#################\n#C.###########..#\n#..............B#\n#B.###########.T#\n#################", "corridor"
 )
+
+#: Tables stand at its walls.
+ROOM = FloorPlan.parse("##########\n#B.C.....#\n#........#\n#.......T#\n##########", "room")
 
 
 def test_a_base_goes_no_farther_out_of_a_childs_way_than_that_comes_after_it():
@@ -78,6 +85,40 @@ def test_the_hand_comes_down_before_the_turn_is_done_only_where_no_child_may_sto
         return (x, y, robot.yaw + 0.05), *who  # radians to go
 
     assert (hand_out_at_most(see, 8.0) == pytest.approx(1.0)) == comes_down
+
+
+@pytest.mark.parametrize("begins", [1.2, 1.8, 2.4])
+def test_the_hand_does_not_come_over_a_child_that_walks_up_to_the_side_of_the_table(begins):
+    """A base that drove past one to its table once let a candle down on the child's head."""
+    pick, robot, arm = Pick(Navigator(ROOM, ROBOT), 0, 0), RobotMotion(ROBOT, TIMESTEP), arm_of(ROBOT)
+    robot.reset((*centre(ROOM, (2, 6)), math.pi / 2))
+    x, y = centre(ROOM, (1, 3))
+    low, away = [], []  # heights of the hand, and how far off the child's middle a low one is, metres
+    while robot.now < 8.0:
+        there = max(x + layout.TABLE_HALF_SIZE + CHILD_RADIUS, x + begins - WALKING_SPEED * robot.now)
+        base = (*robot.base_reference()[0], robot.yaw)
+        seen = view(child(there, y), base=base, now=robot.now, candles=[(x, y, 0.6, 1.0, 0.0, 0.0, 0.0)])
+        pick.step(seen, robot)
+        robot.action(base)
+        robot.now += TIMESTEP
+        ahead, _, height = arm.pinch(robot.reach_path.joints(robot.reached)).tolist()
+        low.append(height)
+        if height < 0.9:
+            away.append(math.dist(geometry.to_world(base, (ahead, 0.0)), (there, y)))
+    assert min(low) < 0.75  # it has come to the candle
+    assert min(away) > ROBOT.clearances.hand + CHILD_RADIUS
+
+
+@pytest.mark.parametrize(("fingers", "falls", "status"), [(0.03, 0.0, Status.RUNNING), (0.03, 0.9, Status.OVERTAKEN)])
+def test_what_has_slipped_to_the_fingertips_is_not_lost(fingers, falls, status):
+    """It once was taken for lost, and dropped by a hand that was taken for empty."""
+    place, robot = Place(Navigator(CORRIDOR, ROBOT), 0, 1), RobotMotion(ROBOT, TIMESTEP)
+    base = *centre(CORRIDOR, (2, 5)), 0.0
+    robot.reset(base)
+    x, y, z = hand_position(view(base=base), ROBOT).tolist()
+    candle = x + 0.02, y, z - 0.1 - falls, 1.0, 0.0, 0.0, 0.0
+    seen = view(child(*centre(CORRIDOR, (2, 13))), base=base, fingers=fingers, candles=[candle])
+    assert place.step(seen, robot) is status
 
 
 def test_a_candle_behind_another_one_on_all_sides_is_not_picked_over_it():
