@@ -228,7 +228,8 @@ def episodes_of(options: argparse.Namespace) -> pd.DataFrame:
     if options.out and options.out.exists():
         for line in options.out.read_text(encoding="utf-8").splitlines():
             row = json.loads(line)
-            rows[Job(*(row.get(name) for name in Job.__annotations__))] = row
+            if "strikes_pushed" in row:  # else an older version counted less, and it is run again
+                rows[Job(*(row.get(name) for name in Job.__annotations__))] = row
     left = [job for job in jobs if job not in rows]
     work = functools.partial(supervise, frozenset(jobs[:: options.audit] if options.audit else ()))
     running = progress(run_jobs(work, left, options.jobs), "in the house", len(left))
