@@ -122,7 +122,7 @@ class Driver:
         looks_round = yaw is None and view.gaze is not None
         turn = 0.0 if looks_round else abs(math.remainder(keeps - view.base[2], math.tau))
         if off < ARRIVED and not robot.moving:
-            # The rest of its turn counts as half a cell at most: a child may interrupt that again and again, and to turn
+            # The rest of its turn counts as half a cell at most: a child may interrupt it again and again, and to turn
             # back to somewhere else would take as long. To arrive counts once, for a child may push it off as often.
             is_there = turn < ARRIVED_YAW
             self.patience.note(0.0 if is_there else 0.5 * math.ceil(_TURNS * turn / math.pi) / _TURNS, view.now)
