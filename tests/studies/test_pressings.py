@@ -1,5 +1,8 @@
 """The study of contacts: which part of the robot presses a child, and who moves when it does, or strikes one."""
 
+import argparse
+import json
+
 import numpy as np
 
 from caregiver_mj.children.walk import ToddlerWalk
@@ -9,6 +12,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.view import CHILD_RADIUS
+from studies import contacts
 from studies.contacts import Presses, is_pushed
 
 HALL = FloorPlan.parse("############\n#..........#\n#B.........#\n#..........#\n############", "hall")
@@ -76,3 +80,15 @@ def test_who_moves_in_a_strike():
     assert is_pushed([pushed, slow])
     assert not is_pushed([pushed, driven])
     assert not is_pushed([gate])  # the robot closes it
+
+
+def test_rows_of_a_file_are_not_run_again_unless_they_count_less(tmp_path, monkeypatch):
+    ran, file = [], tmp_path / "rows.jsonl"
+    monkeypatch.setattr(contacts, "supervise", lambda _, job: ran.append(job.episode) or job._asdict())
+    asked = contacts.Job(None, "expected-danger", False, "paper", "0.5", 0)
+    kept, older = asked._asdict() | {"strikes_pushed": 0}, asked._replace(episode=1)._asdict()
+    file.write_text(f"{json.dumps(kept)}\n{json.dumps(older)}\n")
+    options = {"run": None, "houses": ["paper"], "epsilon": ["0.5"], "embodiment": [None], "episodes": 3, "out": file}
+    options |= {"caregiver": "expected-danger", "compliant": False, "sensing": None, "audit": 0, "jobs": 1}
+    assert contacts.episodes_of(argparse.Namespace(**options)).episode.tolist() == [0, 1, 2]
+    assert ran == [1, 2]

@@ -248,7 +248,6 @@ def test_bad_input_gives_one_clear_line(arguments, message):
 
 _FINGERPRINT = """
 import dataclasses
-import gc
 import hashlib
 import caregiver_mj
 

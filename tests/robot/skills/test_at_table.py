@@ -109,15 +109,33 @@ def test_the_hand_does_not_come_over_a_child_that_walks_up_to_the_side_of_the_ta
     assert min(away) > ROBOT.clearances.hand + CHILD_RADIUS
 
 
-@pytest.mark.parametrize(("fingers", "falls", "status"), [(0.03, 0.0, Status.RUNNING), (0.03, 0.9, Status.OVERTAKEN)])
-def test_what_has_slipped_to_the_fingertips_is_not_lost(fingers, falls, status):
+@pytest.mark.parametrize(("aside", "comes_out"), [(0.05, True), (0.17, False)])
+def test_the_hand_waits_until_all_of_it_is_before_the_table(aside, comes_out):
+    """Beside a child at the side of it."""
+    pick, robot = Pick(Navigator(ROOM, ROBOT), 0, 0), RobotMotion(ROBOT, TIMESTEP)
+    (x, y), (left, below) = centre(ROOM, (1, 3)), centre(ROOM, (2, 3))
+    base = left + aside, below, math.pi / 2
+    robot.reset(base)
+    who = child(x + layout.TABLE_HALF_SIZE + CHILD_RADIUS, y)
+    out = []
+    while robot.now < 1.0:
+        pick.step(view(who, base=base, now=robot.now, candles=[(x, y, 0.6, 1.0, 0.0, 0.0, 0.0)]), robot)
+        robot.action(base)
+        robot.now += TIMESTEP
+        out.append(robot.hand_out)
+    assert (max(out) > 0.0) == comes_out
+
+
+@pytest.mark.parametrize(("falls", "status"), [(0.0, Status.RUNNING), (0.9, Status.OVERTAKEN)])
+def test_what_has_slipped_to_the_fingertips_is_not_lost_until_it_falls(falls, status):
     """It once was taken for lost, and dropped by a hand that was taken for empty."""
     place, robot = Place(Navigator(CORRIDOR, ROBOT), 0, 1), RobotMotion(ROBOT, TIMESTEP)
     base = *centre(CORRIDOR, (2, 5)), 0.0
     robot.reset(base)
     x, y, z = hand_position(view(base=base), ROBOT).tolist()
     candle = x + 0.02, y, z - 0.1 - falls, 1.0, 0.0, 0.0, 0.0
-    seen = view(child(*centre(CORRIDOR, (2, 13))), base=base, fingers=fingers, candles=[candle])
+    # Closer than round a candle of 44 mm.
+    seen = view(child(*centre(CORRIDOR, (2, 13))), base=base, fingers=0.03, candles=[candle])
     assert place.step(seen, robot) is status
 
 
