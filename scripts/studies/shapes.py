@@ -1,36 +1,61 @@
 """What caregivers leave in the physical house and in the grid, by the shape of the house.
 
 The episodes in the house are those of a finished run of `caregiver-mj evaluate --world house`; the same are run in the
-grid. Houses drawn by hand are a shape of their own.
+grid. Houses drawn by hand are a shape of their own. With `--slowed N` the first N episodes of every cell are also run
+in the grid with a caregiver as slow as the robot: what the house costs beyond that is not its speed.
 """
 
 from __future__ import annotations
 
 import argparse
+import copy
 import dataclasses
-from collections.abc import Sequence
+import functools
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from scipy import stats
 
+from caregiver_mj.caregivers.caregiver import Caregiver
+from caregiver_mj.caregivers.percept import Pace
+from caregiver_mj.caregivers.registry import make_caregiver
+from caregiver_mj.children.family import Family
+from caregiver_mj.children.tape import Tape
+from caregiver_mj.children.walk import novice_timestep
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import intervals, two_level
 from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.experiments.settings import Settings
-from caregiver_mj.plans.hazards import KINDS
+from caregiver_mj.grid.world import GridWorld
+from caregiver_mj.interventions.verb import CLOSE
+from caregiver_mj.plans.cell_graph import Cell
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import KINDS, NOTHING
 from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.plans.shapes import SHAPES
-from study import Page, Parser, read_run, run_episodes
+from caregiver_mj.policy.pace import robot_pace
+from caregiver_mj.robot.embodiment import DEFAULT
+from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.navigation import Navigator
+from caregiver_mj.robot.separation import allowed_rate
+from caregiver_mj.robot.view import ChildView, View
+from study import Page, Parser, read_run, run_all, run_episodes
 
 COUNTS = ("strikes", "strikes_surface", "candles_dropped")
+SLOWED = {"pace": False, "separation": True}  # and whether it also slows down beside a child
+CONTROL_TIMESTEP = 0.02  # seconds
+TICKS = 5  # into which a step of the caregiver is divided
+_POINTS, _SLOWEST = 10, 0.02  # of a way at which its speed is asked for; and the share of it that it always has
+_CHANGED = "caregiver_cell", "holding", "candle_table", "state", "orders", "done"  # of a world, by a caregiver's action
 PARTS = "interventions", "interventions_done", "moves_blocked_stairwell", "moves_blocked_free", "toys_reached"
 
 
 def add_options(parser: Parser) -> None:
     """Declare the options."""
     parser.add_file("run", "a finished run in the house", "DIR", required=True)
+    parser.add("slowed", 0, "episodes of every cell that are also run at the robot's speed", metavar="N")
     parser.add_jobs()
 
 
@@ -41,7 +66,8 @@ def run(options: argparse.Namespace) -> Page:
         raise CaregiverError(f"'{options.run}' must hold a run in the house with 'none' among its caregivers")
     grid = run_episodes(dataclasses.replace(settings, world="grid"), options.jobs)
     cells = pd.read_parquet(options.run / "houses.parquet")
-    return page(houses, grid, cells[cells.caregiver != "none"], settings)
+    slow = run_slowed(houses, settings, options.slowed, options.jobs) if options.slowed else None
+    return page(houses, grid, cells[cells.caregiver != "none"], settings, slow)
 
 
 def _shape_of(name: str) -> str:
@@ -52,8 +78,149 @@ def _shape_of(name: str) -> str:
     return "home" if name.startswith("home-") else "house"
 
 
-def page(house: pd.DataFrame, grid: pd.DataFrame, cells: pd.DataFrame, settings: Settings) -> Page:
-    """Return the page of the same episodes in both worlds."""
+class SlowedGrid(GridWorld):
+    """The grid with a caregiver as slow as the robot, for one episode of one child at a time.
+
+    It takes the robot's time to set off and stop, to walk a cell and to handle things; what it does is done once that
+    is over. After every move of the child it thinks again, and sets off anew if it then wants something else.
+    """
+
+    def __init__(self, plan: FloorPlan, family: Family, caregiver: Caregiver, separates: bool, robot: str = DEFAULT):
+        """Prepare episodes.
+
+        Args:
+            plan: The house.
+            family: The child.
+            caregiver: Which is told the robot's pace.
+            separates: Whether it also slows down beside the child by the robot's rule, `separation.allowed_rate`.
+            robot: Name of the robot.
+        """
+        super().__init__(plan, family, caregiver)
+        self._robot, self._separates = find_embodiment(robot), separates
+        self._pace = caregiver.pace = _pace(plan, robot)
+        self._speed = self._pace.cells * plan.cell_size / novice_timestep(CONTROL_TIMESTEP, plan.cell_size)  # m/s
+        self._way_past = functools.cache(self._way_past_child)
+
+    def reset(self, tapes: Sequence[Sequence[Tape]]) -> None:
+        super().reset(tapes)
+        if self.child_cell.shape != (1, 1):
+            raise CaregiverError(f"tapes must be of one episode of one child, got {self.child_cell.shape}")
+        self._aim: tuple[Any, ...] | None = None  # the state that it works towards, for so many ticks yet
+        self._left, self._walks = 0, False
+
+    def care(self, caregiver: Caregiver) -> None:
+        """Run the caregiver in one novice timestep."""
+        ticks, stands = round(TICKS * self._pace.cells), False
+        for tick in range(ticks):
+            self.time_left = np.full(1, 1.0 - tick / ticks)
+            if tick == 0 or not (self._left or stands):
+                stands = self._decide(caregiver)
+            if stands:
+                continue
+            self._left -= 1
+            if self._left == 0:
+                before = self.caregiver_cell[0]
+                self._act(caregiver, lambda after: after == self._aim)
+                self._walks, self._aim = self.caregiver_cell[0] != before, None
+
+    def _decide(self, caregiver: Caregiver) -> bool:
+        """Begin what it wants now, or go on with it; return whether it wants nothing that changes the world."""
+        before, held = self._state(), self.holding[0]
+        after, verb = self._act(caregiver, lambda after: after == before)
+        if after == before:
+            self._aim, self._left, self._walks = None, 0, False
+        elif after != self._aim:
+            self._walks &= self._aim is None  # else it stops on its way
+            self._aim, pace = after, self._pace
+            if after[0] != before[0]:
+                time = self._way(before[0], after[0]) + (0.0 if self._walks else pace.start)
+            elif after[1] != held:
+                time = pace.get if held == NOTHING else pace.place
+            else:
+                time = pace.close if verb == CLOSE else pace.pick_up
+            self._left = max(1, round(TICKS * time))
+        return after == before
+
+    def _act(self, caregiver: Caregiver, accepts: Callable[[tuple[Any, ...]], bool]) -> tuple[tuple[Any, ...], str]:
+        """Run an action of the caregiver, taken back unless its outcome is accepted; return that, and its verb."""
+        kept = {name: copy.deepcopy(getattr(self, name)) for name in _CHANGED}
+        begun, done = self.ledger.interventions.copy(), self.ledger.interventions_done.copy()
+        self.act_caregiver(caregiver)
+        after, verb = self._state(), str(self.orders.verb[0])
+        if not accepts(after):
+            vars(self).update(kept)
+            self.ledger.interventions, self.ledger.interventions_done = begun, done
+        return after, verb
+
+    def _state(self) -> tuple[Any, ...]:
+        """The caregiver's cell, what it holds, where the candles are, and what has become of the hazards."""
+        return (
+            int(self.caregiver_cell[0]),
+            int(self.holding[0]),
+            self.candle_table[0].tolist(),
+            self.state[0].tolist(),
+        )
+
+    def _way(self, start: int, end: int) -> float:
+        """Return the steps that it takes from a cell to the next one."""
+        if not self._separates:
+            return 1.0
+        cells = [self.plan.caregiver_cells[i] for i in (start, end, self.child_cell[0, 0])]
+        (x, y), (there_x, there_y), (child_x, child_y) = cells
+        return self._way_past((there_x - x, there_y - y), (child_x - x, child_y - y))
+
+    def _way_past_child(self, end: Cell, child: Cell) -> float:
+        """Return the same with a child that stands in a cell, both counted from the start."""
+        size, total = self.plan.cell_size, 0.0
+        velocity = self._speed * end[0], self._speed * end[1]
+        stands, nothing = (ChildView((size * child[0], size * child[1]), (0.0, 0.0)),), np.zeros((0, 4))
+        for point in (np.arange(_POINTS) + 0.5) * size / _POINTS:
+            base = point * end[0], point * end[1], 0.0
+            view = View(0.0, base, 0.0, nothing, stands, nothing[:, :3], nothing)
+            total += 1.0 / max(_SLOWEST, allowed_rate(view, self._robot, velocity))
+        return total / _POINTS
+
+
+@functools.lru_cache(maxsize=2)
+def _pace(plan: FloorPlan, robot: str) -> Pace:
+    seconds = novice_timestep(CONTROL_TIMESTEP, plan.cell_size)
+    return robot_pace(Navigator(plan, find_embodiment(robot)), seconds, CONTROL_TIMESTEP)
+
+
+def slowed(job: tuple[str, str, str, int, bool, str]) -> float:
+    """Return the damage of an episode in a `SlowedGrid`: of house, caregiver, child, seed, separation and robot."""
+    house, name, child, seed, *how = job
+    (plan,) = houses_named([house])
+    caregiver = make_caregiver(name, plan)
+    assert caregiver is not None  # it is not "none"
+    tape = Tape.draw_family(np.random.RandomState(seed), 1)
+    return float(SlowedGrid(plan, Family.of(child), caregiver, *how).run([tape]).damage[0])
+
+
+def run_slowed(house: pd.DataFrame, settings: Settings, episodes: int, jobs: int) -> pd.DataFrame:
+    """Run the first episodes of every cell with a slowed caregiver; return their rows, with columns of `SLOWED`.
+
+    Raises:
+        CaregiverError: There are several children in a house, or the robot does not see everything.
+    """
+    if settings.sight != "all" or (house.children != 1).any():
+        raise CaregiverError("--slowed must be of a run with one child in each house, and with sight 'all'")
+    rows = house[(house.caregiver != "none") & (house.episode < episodes)].copy()
+    keys = ["house", "caregiver", "family", "seed"]
+    for column, separates in SLOWED.items():  # those of a house one after the other, so that its tables are made once
+        work = [(*row, separates, settings.embodiment) for row in rows[keys].itertuples(index=False, name=None)]
+        rows[column] = run_all(slowed, work, jobs, column)
+    return rows
+
+
+def page(
+    house: pd.DataFrame,
+    grid: pd.DataFrame,
+    cells: pd.DataFrame,
+    settings: Settings,
+    slow: pd.DataFrame | None = None,
+) -> Page:
+    """Return the page of the same episodes in both worlds, and of what `run_slowed` has found."""
     drawn = {plan.name for plan in houses_named(["drawn-10"])}
     of_shape = {name: "drawn by hand" if name in drawn else _shape_of(name) for name in dict.fromkeys(house.house)}
     groups = {where: [name for name in of_shape if of_shape[name] == where] for where in of_shape.values()}
@@ -76,6 +243,8 @@ def page(house: pd.DataFrame, grid: pd.DataFrame, cells: pd.DataFrame, settings:
         "with_robot": int((house.caregiver != "none").sum()),
         "alike": _alike(house, grid),
         "cells": {name: int((cells.caregiver == name).sum()) for name in caregivers},
+        "slowed": [] if slow is None else [_slowed_line(name, slow, grid) for name in caregivers],
+        "slow": 0 if slow is None else len(slow),
         "harm": {name: [*harmed.house[harmed.caregiver == name]] for name in caregivers},
     }
     return Page(values)
@@ -123,6 +292,18 @@ def of_stratified_ratio(ours: np.ndarray, theirs: np.ndarray, sizes: Sequence[in
     variance = sum(len(errors) * errors.var(ddof=1) for errors in each)
     reach = stats.t.ppf(0.5 + intervals.CONFIDENCE / 2, len(ours) - len(sizes)) * np.sqrt(variance) / theirs.sum()
     return Estimate(ratio, max(0.0, ratio - reach), ratio + reach)
+
+
+def _slowed_line(caregiver: str, slow: pd.DataFrame, grid: pd.DataFrame) -> dict[str, Any]:
+    """Return the mean damage in the slowed episodes of a caregiver, in every world, and what the house adds to it."""
+    keys = ["house", "caregiver", "family", "episode"]
+    own = slow[slow.caregiver == caregiver].merge(grid[[*keys, "damage"]], on=keys, suffixes=("", "_grid"))
+    by_house = own.assign(more=own.damage - own.separation).groupby("house", sort=False).more
+    return {
+        "caregiver": caregiver,
+        "means": [own[column].mean() for column in ("damage_grid", *SLOWED, "damage")],
+        "more": two_level.of_mean([more.to_numpy() for _, more in by_house]),
+    }
 
 
 def _damage(table: pd.DataFrame, house: str, caregiver: str) -> Any:

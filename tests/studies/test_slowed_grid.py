@@ -1,0 +1,101 @@
+"""The grid with a caregiver as slow as the robot: what is done when, by its pace, and that it is slow at a child."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from caregiver_mj import CaregiverError, FloorPlan
+from caregiver_mj.caregivers.instructed import CommandedCaregiver
+from caregiver_mj.children.family import Family
+from caregiver_mj.children.tape import Tape
+from caregiver_mj.experiments.settings import Settings
+from studies.shapes import TICKS, SlowedGrid, run_slowed
+
+# A child in the corner between its two bins, to which it always wants, never leaves it.
+CORRIDOR = FloorPlan.parse(
+    "#####################\n#B.................S#\n##BS######C###T######\n#####################", "corridor"
+)
+FAR_STAIRS, NEAR_STAIRS, CANDLE = 0, 1, 2  # the first at the end of the corridor, the second beside the child's cell
+
+
+class Told(CommandedCaregiver):
+    """Sees to one hazard, and from some timestep on to another one."""
+
+    def __init__(self, plan, first, change=99, then=FAR_STAIRS):
+        super().__init__(plan)
+        self.first, self.change, self.then = first, change, then
+
+    def choose(self, percept):
+        self.targets = np.array([self.first if percept.clock[0] < self.change else self.then])
+        return super().choose(percept)
+
+
+def corridor(column, *told, separates=False):
+    """The grid with a caregiver in a column of the corridor, and ticks: of a timestep, a cell, and to set off."""
+    caregiver = Told(CORRIDOR, *told)
+    world = SlowedGrid(CORRIDOR, Family.of(0.0), caregiver, separates)
+    world.reset([Tape.draw_family(np.random.RandomState(0), 1)])
+    world.child_cell, world.caregiver_cell = np.array([[0]]), np.array([CORRIDOR.cell_index[1, column]])
+    pace = caregiver.pace
+    return world, round(TICKS * pace.cells), TICKS, round(TICKS * (1.0 + pace.start)) - TICKS
+
+
+def walked(world, timesteps):
+    """The columns in which the caregiver is after each timestep."""
+    columns = []
+    for _ in range(timesteps):
+        world.step()
+        columns.append(CORRIDOR.caregiver_cells[world.caregiver_cell[0]][1])
+    return columns
+
+
+def test_it_sets_off_once_and_walks_on_at_its_pace():
+    world, timestep, cell, start = corridor(6, FAR_STAIRS)
+    gone = [max(0, timestep * n - start) // cell for n in range(1, 8)]
+    assert start > 0
+    assert walked(world, 7) == [min(19, 6 + cells) for cells in gone]
+    assert world.ledger.interventions_done[0] == 1
+
+
+def test_a_candle_is_in_the_hand_and_on_its_table_once_there_was_time_for_it():
+    world, timestep, cell, start = corridor(6, CANDLE)
+    pace = world.caregiver.pace
+    taken = start + 4 * cell + round(TICKS * pace.get)
+    put = taken + start + 4 * cell + round(TICKS * pace.place)
+    for n in range(1, 12):
+        world.step()
+        assert (world.holding[0] == 0) == (taken <= timestep * n < put)
+        assert (world.candle_table[0, 0] == 1) == (timestep * n >= put)
+
+
+def test_who_turns_back_sets_off_anew():
+    world, timestep, cell, start = corridor(10, FAR_STAIRS, 2, NEAR_STAIRS)
+    there = walked(world, 1)[-1]  # and is on its way to the next cell
+    assert there == 10 + (timestep - start) // cell
+    assert (timestep - start) % cell > 0
+    assert walked(world, 2) == [there - (n * timestep - start) // cell for n in (1, 2)]
+
+
+def test_it_is_slow_towards_a_child_and_not_away_from_it():
+    done = []
+    for separates in (False, True):
+        world, timestep, cell, start = corridor(8, NEAR_STAIRS, separates=separates)
+        walked(world, 3)
+        done.append(world.ledger.interventions_done[0])
+        walked(world, 1)
+        assert world.ledger.interventions_done[0] == 1
+    assert start + 6 * cell <= 3 * timestep  # in time, but for the last two cells, beside the child
+    assert done == [1, 0]
+    away = [walked(corridor(3, FAR_STAIRS, separates=separates)[0], 5) for separates in (False, True)]
+    assert away[0] == away[1]
+
+
+def test_one_child_that_is_seen():
+    world, *_ = corridor(6, FAR_STAIRS)
+    tape = Tape.draw_family(np.random.RandomState(0), 1)
+    with pytest.raises(CaregiverError, match="one episode of one child"):
+        world.reset([tape, tape])
+    rows = pd.DataFrame({"children": [2], "caregiver": ["foresight"], "episode": [0]})
+    settings = Settings((CORRIDOR,))
+    with pytest.raises(CaregiverError, match="one child in each house"):
+        run_slowed(rows, settings, 1, 1)
