@@ -36,7 +36,7 @@ from caregiver_mj.plans.hazards import KINDS, NOTHING
 from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.plans.shapes import SHAPES
 from caregiver_mj.policy.pace import robot_pace
-from caregiver_mj.robot.embodiment import DEFAULT
+from caregiver_mj.robot.embodiment import DEFAULT, Embodiment
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.separation import allowed_rate
@@ -85,20 +85,22 @@ class SlowedGrid(GridWorld):
     is over. After every move of the child it thinks again, and sets off anew if it then wants something else.
     """
 
-    def __init__(self, plan: FloorPlan, family: Family, caregiver: Caregiver, separates: bool, robot: str = DEFAULT):
+    def __init__(
+        self, plan: FloorPlan, family: Family, caregiver: Caregiver, pace: Pace, separates: Embodiment | None = None
+    ):
         """Prepare episodes.
 
         Args:
             plan: The house.
             family: The child.
-            caregiver: Which is told the robot's pace.
-            separates: Whether it also slows down beside the child by the robot's rule, `separation.allowed_rate`.
-            robot: Name of the robot.
+            caregiver: Which is told its pace.
+            pace: How long it takes.
+            separates: A robot by whose rule it also slows down beside the child, `separation.allowed_rate`, if any.
         """
         super().__init__(plan, family, caregiver)
-        self._robot, self._separates = find_embodiment(robot), separates
-        self._pace = caregiver.pace = _pace(plan, robot)
-        self._speed = self._pace.cells * plan.cell_size / novice_timestep(CONTROL_TIMESTEP, plan.cell_size)  # m/s
+        self._pace = caregiver.pace = pace
+        self._separates = separates
+        self._speed = pace.cells * plan.cell_size / novice_timestep(CONTROL_TIMESTEP, plan.cell_size)  # m/s
         self._way_past = functools.cache(self._way_past_child)
 
     def reset(self, tapes: Sequence[Sequence[Tape]]) -> None:
@@ -163,7 +165,7 @@ class SlowedGrid(GridWorld):
 
     def _way(self, start: int, end: int) -> float:
         """Return the steps that it takes from a cell to the next one."""
-        if not self._separates:
+        if self._separates is None:
             return 1.0
         cells = [self.plan.caregiver_cells[i] for i in (start, end, self.child_cell[0, 0])]
         (x, y), (there_x, there_y), (child_x, child_y) = cells
@@ -171,30 +173,33 @@ class SlowedGrid(GridWorld):
 
     def _way_past_child(self, end: Cell, child: Cell) -> float:
         """Return the same with a child that stands in a cell, both counted from the start."""
+        assert self._separates is not None
         size, total = self.plan.cell_size, 0.0
         velocity = self._speed * end[0], self._speed * end[1]
         stands, nothing = (ChildView((size * child[0], size * child[1]), (0.0, 0.0)),), np.zeros((0, 4))
         for point in (np.arange(_POINTS) + 0.5) * size / _POINTS:
             base = point * end[0], point * end[1], 0.0
             view = View(0.0, base, 0.0, nothing, stands, nothing[:, :3], nothing)
-            total += 1.0 / max(_SLOWEST, allowed_rate(view, self._robot, velocity))
+            total += 1.0 / max(_SLOWEST, allowed_rate(view, self._separates, velocity))
         return total / _POINTS
 
 
 @functools.lru_cache(maxsize=2)
-def _pace(plan: FloorPlan, robot: str) -> Pace:
+def pace_of(plan: FloorPlan, robot: str = DEFAULT) -> Pace:
+    """Return the pace of a robot, by its name, in a house."""
     seconds = novice_timestep(CONTROL_TIMESTEP, plan.cell_size)
     return robot_pace(Navigator(plan, find_embodiment(robot)), seconds, CONTROL_TIMESTEP)
 
 
 def slowed(job: tuple[str, str, str, int, bool, str]) -> float:
     """Return the damage of an episode in a `SlowedGrid`: of house, caregiver, child, seed, separation and robot."""
-    house, name, child, seed, *how = job
+    house, name, child, seed, separates, robot = job
     (plan,) = houses_named([house])
     caregiver = make_caregiver(name, plan)
     assert caregiver is not None  # it is not "none"
-    tape = Tape.draw_family(np.random.RandomState(seed), 1)
-    return float(SlowedGrid(plan, Family.of(child), caregiver, *how).run([tape]).damage[0])
+    beside = find_embodiment(robot) if separates else None
+    world = SlowedGrid(plan, Family.of(child), caregiver, pace_of(plan, robot), beside)
+    return float(world.run([Tape.draw_family(np.random.RandomState(seed), 1)]).damage[0])
 
 
 def run_slowed(house: pd.DataFrame, settings: Settings, episodes: int, jobs: int) -> pd.DataFrame:

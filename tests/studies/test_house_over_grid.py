@@ -43,10 +43,12 @@ def test_the_page(tmp_path, capsys):
     houses = [f"{shape}-{seed}-{size}" for shape in ("house", "home") for seed in (1, 2)]
     words = ["evaluate", "--houses", *houses, "--caregiver", "none", "expected-danger", "--epsilon", "1"]
     assert cli.main([*words, "--episodes", "2", "--out", str(run), "--json"]) == 0
-    assert main(["shapes", "--run", str(run), "--docs", str(tmp_path)]) == 0
+    assert main(["shapes", "--run", str(run), "--slowed", "1", "--docs", str(tmp_path)]) == 0
     text = (tmp_path / "shapes.md").read_text()
     assert "Alone, 8 of 8 episodes have the same damage" in " ".join(text.split())
-    rows = [line.split("|")[1:-1] for line in text.splitlines() if "`expected-danger` |" in line]
+    assert "4 of these episodes were also run in the grid" in text
+    *rows, slowed = (line.split("|")[1:-1] for line in text.splitlines() if "`expected-danger` |" in line)
+    assert len(slowed) == 6
     shapes, counts, _, _, grid, house, _ = zip(*([cell.strip() for cell in row] for row in rows), strict=True)
     assert (shapes, counts) == (("house", "home", "all"), ("2", "2", "4"))
     for means in (grid, house):  # of as many houses of each shape

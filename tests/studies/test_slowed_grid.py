@@ -6,15 +6,20 @@ import pytest
 
 from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
+from caregiver_mj.caregivers.percept import PAPER
+from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.experiments.settings import Settings
-from studies.shapes import TICKS, SlowedGrid, run_slowed
+from caregiver_mj.grid.world import GridWorld
+from caregiver_mj.robot.embodiments import find_embodiment
+from studies.shapes import TICKS, SlowedGrid, pace_of, run_slowed
 
 # A child in the corner between its two bins, to which it always wants, never leaves it.
 CORRIDOR = FloorPlan.parse(
     "#####################\n#B.................S#\n##BS######C###T######\n#####################", "corridor"
 )
+FOUND = ("damage", "toys_reached", "moves_blocked", "cells_visited", "interventions", "interventions_done")
 FAR_STAIRS, NEAR_STAIRS, CANDLE = 0, 1, 2  # the first at the end of the corridor, the second beside the child's cell
 
 
@@ -33,10 +38,10 @@ class Told(CommandedCaregiver):
 def corridor(column, *told, separates=False):
     """The grid with a caregiver in a column of the corridor, and ticks: of a timestep, a cell, and to set off."""
     caregiver = Told(CORRIDOR, *told)
-    world = SlowedGrid(CORRIDOR, Family.of(0.0), caregiver, separates)
+    pace, robot = pace_of(CORRIDOR), find_embodiment() if separates else None
+    world = SlowedGrid(CORRIDOR, Family.of(0.0), caregiver, pace, robot)
     world.reset([Tape.draw_family(np.random.RandomState(0), 1)])
     world.child_cell, world.caregiver_cell = np.array([[0]]), np.array([CORRIDOR.cell_index[1, column]])
-    pace = caregiver.pace
     return world, round(TICKS * pace.cells), TICKS, round(TICKS * (1.0 + pace.start)) - TICKS
 
 
@@ -88,6 +93,17 @@ def test_it_is_slow_towards_a_child_and_not_away_from_it():
     assert done == [1, 0]
     away = [walked(corridor(3, FAR_STAIRS, separates=separates)[0], 5) for separates in (False, True)]
     assert away[0] == away[1]
+
+
+@pytest.mark.parametrize("house", ["house-3", "home-3"])
+def test_at_the_pace_of_the_grid_its_rows_are_those_of_the_grid(house):
+    plan, family = FloorPlan.load(house), Family.of(0.75)
+    tapes = [Tape.draw_family(np.random.RandomState(seed), 1) for seed in range(3)]
+    grid = GridWorld(plan, family, make_caregiver("expected-danger", plan)).run(tapes).totals()
+    world = SlowedGrid(plan, family, make_caregiver("expected-danger", plan), PAPER)
+    for episode, tape in enumerate(tapes):
+        own = world.run([tape]).totals()
+        assert {name: own[name][0] for name in FOUND} == {name: grid[name][episode] for name in FOUND}
 
 
 def test_one_child_that_is_seen():
