@@ -248,7 +248,11 @@ def page(
         "with_robot": int((house.caregiver != "none").sum()),
         "alike": _alike(house, grid),
         "cells": {name: int((cells.caregiver == name).sum()) for name in caregivers},
-        "slowed": [] if slow is None else [_slowed_line(name, slow, grid) for name in caregivers],
+        "slowed": [
+            _slowed_line(where, slow[slow.house.isin(names) & (slow.caregiver == caregiver)], grid)
+            for where, names in ({**groups, "all": [*of_shape]} if slow is not None else {}).items()
+            for caregiver in caregivers
+        ],
         "slow": 0 if slow is None else len(slow),
         "harm": {name: [*harmed.house[harmed.caregiver == name]] for name in caregivers},
     }
@@ -299,14 +303,15 @@ def of_stratified_ratio(ours: np.ndarray, theirs: np.ndarray, sizes: Sequence[in
     return Estimate(ratio, max(0.0, ratio - reach), ratio + reach)
 
 
-def _slowed_line(caregiver: str, slow: pd.DataFrame, grid: pd.DataFrame) -> dict[str, Any]:
-    """Return the mean damage in the slowed episodes of a caregiver, in every world, and what the house adds to it."""
+def _slowed_line(where: str, slow: pd.DataFrame, grid: pd.DataFrame) -> dict[str, Any]:
+    """Return the mean damage in slowed episodes of one caregiver, in every world, and what the house adds to it."""
     keys = ["house", "caregiver", "family", "episode"]
-    own = slow[slow.caregiver == caregiver].merge(grid[[*keys, "damage"]], on=keys, suffixes=("", "_grid"))
-    by_house = own.assign(more=own.damage - own.separation).groupby("house", sort=False).more
+    both = slow.merge(grid[[*keys, "damage"]], on=keys, suffixes=("", "_grid"))
+    by_house = both.assign(more=both.damage - both.separation).groupby("house", sort=False).more
     return {
-        "caregiver": caregiver,
-        "means": [own[column].mean() for column in ("damage_grid", *SLOWED, "damage")],
+        "shape": where,
+        "caregiver": slow.caregiver.iloc[0],
+        "means": [both[column].mean() for column in ("damage_grid", *SLOWED, "damage")],
         "more": two_level.of_mean([more.to_numpy() for _, more in by_house]),
     }
 
