@@ -6,12 +6,13 @@ import pytest
 
 from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
-from caregiver_mj.caregivers.percept import PAPER
+from caregiver_mj.caregivers.percept import PAPER, Pace
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.grid.world import GridWorld
+from caregiver_mj.plans.hazards import State
 from caregiver_mj.robot.embodiments import find_embodiment
 from studies.shapes import TICKS, SlowedGrid, pace_of, run_slowed
 
@@ -23,25 +24,35 @@ FOUND = ("damage", "toys_reached", "moves_blocked", "cells_visited", "interventi
 FAR_STAIRS, NEAR_STAIRS, CANDLE = 0, 1, 2  # the first at the end of the corridor, the second beside the child's cell
 
 
+HOME = FloorPlan.parse(
+    "#####################\n#B.......o.........G#\n##B##################\n#####################", "home"
+)
+GATE, BATTERY = 0, 1
+PACE = Pace(cells=2.8, get=4.0, place=9.0, start=1.5, close=7.0, pick_up=13.0)
+
+
 class Told(CommandedCaregiver):
     """Sees to one hazard, and from some timestep on to another one."""
 
     def __init__(self, plan, first, change=99, then=FAR_STAIRS):
         super().__init__(plan)
         self.first, self.change, self.then = first, change, then
+        self.time_left = []
 
     def choose(self, percept):
-        self.targets = np.array([self.first if percept.clock[0] < self.change else self.then])
+        self.time_left.append(float(percept.time_left[0]))
+        now = percept.clock[0] + 1.0 - percept.time_left[0]
+        self.targets = np.array([self.first if now < self.change else self.then])
         return super().choose(percept)
 
 
-def corridor(column, *told, separates=False):
+def corridor(column, *told, separates=None, plan=CORRIDOR):
     """The grid with a caregiver in a column of the corridor, and ticks: of a timestep, a cell, and to set off."""
-    caregiver = Told(CORRIDOR, *told)
-    pace, robot = pace_of(CORRIDOR), find_embodiment() if separates else None
-    world = SlowedGrid(CORRIDOR, Family.of(0.0), caregiver, pace, robot)
+    caregiver = Told(plan, *told)
+    pace, robot = (pace_of(plan), find_embodiment()) if separates is not None else (PACE, None)
+    world = SlowedGrid(plan, Family.of(0.0), caregiver, pace, robot if separates else None)
     world.reset([Tape.draw_family(np.random.RandomState(0), 1)])
-    world.child_cell, world.caregiver_cell = np.array([[0]]), np.array([CORRIDOR.cell_index[1, column]])
+    world.child_cell, world.caregiver_cell = np.array([[0]]), np.array([plan.cell_index[1, column]])
     return world, round(TICKS * pace.cells), TICKS, round(TICKS * (1.0 + pace.start)) - TICKS
 
 
@@ -67,10 +78,19 @@ def test_a_candle_is_in_the_hand_and_on_its_table_once_there_was_time_for_it():
     pace = world.caregiver.pace
     taken = start + 4 * cell + round(TICKS * pace.get)
     put = taken + start + 4 * cell + round(TICKS * pace.place)
-    for n in range(1, 12):
+    for n in range(1, put // timestep + 3):
         world.step()
         assert (world.holding[0] == 0) == (taken <= timestep * n < put)
         assert (world.candle_table[0, 0] == 1) == (timestep * n >= put)
+
+
+@pytest.mark.parametrize(("hazard", "cells", "what"), [(GATE, 12, "close"), (BATTERY, 3, "pick_up")])
+def test_a_gate_and_a_battery_take_their_time(hazard, cells, what):
+    world, timestep, cell, start = corridor(6, hazard, plan=HOME)
+    done = start + cells * cell + round(TICKS * getattr(world.caregiver.pace, what))
+    for n in range(1, done // timestep + 3):
+        world.step()
+        assert (world.state[0, hazard] != State.AS_PLANNED) == (timestep * n >= done)
 
 
 def test_who_turns_back_sets_off_anew():
@@ -79,6 +99,25 @@ def test_who_turns_back_sets_off_anew():
     assert there == 10 + (timestep - start) // cell
     assert (timestep - start) % cell > 0
     assert walked(world, 2) == [there - (n * timestep - start) // cell for n in (1, 2)]
+
+
+def test_who_wants_something_else_on_the_way_is_not_there_at_once():
+    world, timestep, cell, start = corridor(10, FAR_STAIRS, 1.5, NEAR_STAIRS)
+    assert timestep / 2 < start + cell <= timestep
+    assert walked(world, 1) == [10]
+
+
+def test_who_has_stood_sets_off_anew():
+    world, timestep, cell, start = corridor(5, NEAR_STAIRS, 5, FAR_STAIRS)
+    assert walked(world, 4)[-1] == 3
+    assert walked(world, 2) == [3, 3 + (2 * timestep - start) // cell - 1]  # the first of them out of the stairs
+
+
+def test_it_is_told_the_time_that_is_left():
+    world, timestep, cell, start = corridor(6, FAR_STAIRS)
+    world.step()
+    arrives = start + cell - 1  # the tick before which there was nothing to be decided anew
+    assert world.caregiver.time_left[:2] == pytest.approx([1.0, 1.0 - arrives / timestep])
 
 
 def test_it_is_slow_towards_a_child_and_not_away_from_it():
