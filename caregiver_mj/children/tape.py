@@ -6,6 +6,8 @@ import dataclasses
 
 import numpy as np
 
+from caregiver_mj.errors import check_kind
+
 EPISODE_TIMESTEPS = 200  # novice timesteps an episode (paper, section V.B)
 
 
@@ -29,7 +31,12 @@ class Tape:
 
     @classmethod
     def draw(cls, random: np.random.RandomState, timesteps: int = EPISODE_TIMESTEPS) -> Tape:
-        """Draw the tape of an only child."""
+        """Draw the tape of an only child.
+
+        Raises:
+            CaregiverError: What is to draw it is no RandomState.
+        """
+        check_kind("random", random, np.random.RandomState)
         draws = random.random_sample((timesteps + 1, 3))
         return cls(draws[0], draws[1:], int(random.randint(2**31 - 1)))
 

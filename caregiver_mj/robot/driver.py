@@ -44,7 +44,7 @@ _PATIENCE = 1.7  # seconds for which the robot gets out of the way of a child th
 # Seconds, two of these, for which it keeps to a place out of the way of a child that stays so near, metres: one that
 # follows it bars its way from there for ever, and opens it as it follows on.
 _IN_VAIN, _STAYS = 3.4, 0.5
-_TURNS = 12  # in so many parts half a turn brings it nearer
+_TURNS = 12  # steps in which half a turn counts as progress
 # Seconds without coming nearer after which it gives up: six steps of a toddler. One that only goes by is gone sooner,
 # and no detour in a house takes as long.
 TIME_OUT = 10.0

@@ -20,6 +20,8 @@ from caregiver_mj.robot.view import LOOSE, View
 # Metres outwards in the hand from which on a candle has slipped, as it does when the base turns, the farther the faster
 # that is; from which on it may slip out before it has got to a table; and how fast the base then turns, rad/s.
 _SLIPPED, _NEARLY_OUT, _SLOWLY = 0.008, 0.016, 0.4
+# Cosine of a tilt in the hand from which on the fingers may have less of a candle than its foot tells: it turns slowly.
+_UPRIGHT = math.cos(math.radians(5.0))
 # Metres above the table at which a candle is let go, for a hand that still settles must not set it down; and how much
 # higher a wider thing is, whose edge gets there first: by so much of what it is wider.
 _PLACE_GAP, _EDGE = 0.002, 0.12
@@ -60,8 +62,9 @@ class Place(AtTable):
         self._full_until = math.inf
         if robot.reached < 1e-6:
             self._hand, height = self._measure(view)
-            if self._hand[0] > _SLIPPED:
-                robot.turn_gently(_SLOWLY if self._hand[0] > _NEARLY_OUT else math.inf)
+            is_tilted = float(view.candle_axis(self.candle)[2]) < _UPRIGHT
+            if is_tilted or self._hand[0] > _SLIPPED:
+                robot.turn_gently(_SLOWLY if is_tilted or self._hand[0] > _NEARLY_OUT else math.inf)
             gap = _PLACE_GAP + _EDGE * (self.thing.width - layout.CANDLE_RADIUS)
             robot.plan_reach(view.table_height(self.table) + gap + height)
             self._is_aimed = True

@@ -139,6 +139,24 @@ def test_what_has_slipped_to_the_fingertips_is_not_lost_until_it_falls(falls, st
     assert place.step(seen, robot) is status
 
 
+@pytest.mark.parametrize(("tilt", "slow"), [(0.0, False), (-10.0, True), (10.0, True)])
+def test_with_a_tilted_candle_the_base_turns_slowly(tilt, slow):
+    """Of one the fingers had only the edge, though its foot had hardly moved: it slipped out of the hand."""
+    place, robot = Place(Navigator(CORRIDOR, ROBOT), 0, 1), RobotMotion(ROBOT, TIMESTEP)
+    base = *centre(CORRIDOR, (2, 5)), 0.0
+    robot.reset(base)
+    x, y, z = hand_position(view(base=base), ROBOT).tolist()
+    half = math.radians(tilt) / 2
+    candle = x + 0.005, y, z - 0.1, math.cos(half), 0.0, math.sin(half), 0.0
+    place.step(view(child(*centre(CORRIDOR, (2, 13))), base=base, candles=[candle]), robot)
+    robot.turn_to(robot.yaw + 2.0)
+    rates = []
+    for _ in range(100):
+        robot.now += TIMESTEP
+        rates.append(abs(robot.turning[0]))
+    assert (max(rates) < 0.5) == slow
+
+
 def test_a_candle_behind_another_one_on_all_sides_is_not_picked_over_it():
     plan = FloorPlan.parse("######\n#C####\n#..BC#\n#....#\n#T..T#\n######", "alcove")
     x, y = centre(plan, (1, 1))
