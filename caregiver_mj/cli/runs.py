@@ -40,6 +40,7 @@ _TITLES = {  # of a column, and what it is where there is little room
     "done": "done",
 }
 _TO_THE_LEFT = ("caregiver", "verdict", "worst: house")  # columns; numbers stand to the right
+_LONGEST = 120  # letters of a setting that is not the same in two runs
 _WIDEST = 10_000  # letters of a line, more than there are in any
 _COLUMNS = ("timesteps_to_threshold", "cells_visited", "toys_reached", "moves_blocked", "interventions_done")
 
@@ -121,10 +122,18 @@ def _compare(arguments: argparse.Namespace) -> None:
     console = output(arguments.json)
     print_comparison(found, arguments.folders, console)
     for key, values in found["settings"].items():
-        ours, theirs = (", ".join(map(str, value)) if isinstance(value, list) else value for value in values)
+        ours, theirs = (_told(*pair) for pair in (values, values[::-1]))
         console.print(f"not the same: {key}, {ours} and {theirs}", markup=False, highlight=False)
     if arguments.json:
         print(json.dumps(found, indent=1, allow_nan=False))
+
+
+def _told(value: Any, other: Any) -> str:
+    """What one of two runs has; of a list, what only that one has."""
+    if isinstance(value, list) and isinstance(other, list):
+        value = ", ".join(str(one) for one in value if one not in other) or "no more"
+    text = str(value)
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]} ..."
 
 
 def print_comparison(found: dict[str, Any], folders: list[str], console: rich.console.Console) -> None:

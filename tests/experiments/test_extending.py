@@ -158,6 +158,13 @@ def test_runs_are_compared_in_the_episodes_that_both_have(runs):
     assert found["settings"] == {"caregivers": [["none", "nearest"], ["guard", "nearest", "none"]], "episodes": [8, 10]}
 
 
+def test_what_only_one_of_two_runs_has_is_said(runs, capsys):
+    assert cli.main(["compare", str(runs / "seed0"), str(runs / "more")]) == 0
+    told = capsys.readouterr().out
+    assert "not the same: caregivers, no more and guard\n" in told
+    assert "not the same: episodes, 8 and 10\n" in told
+
+
 def test_one_caregiver_against_another(runs):
     first, second = finished(runs, "seed0", "more")
     found = compare_runs(first, second, ["nearest", "guard"])
