@@ -248,11 +248,7 @@ def page(
         "with_robot": int((house.caregiver != "none").sum()),
         "alike": _alike(house, grid),
         "cells": {name: int((cells.caregiver == name).sum()) for name in caregivers},
-        "slowed": [
-            _slowed_line(where, slow[slow.house.isin(names) & (slow.caregiver == caregiver)], grid)
-            for where, names in ({**groups, "all": [*of_shape]} if slow is not None else {}).items()
-            for caregiver in caregivers
-        ],
+        "slowed": [] if slow is None else _slowed_lines({**groups, "all": [*of_shape]}, caregivers, slow, grid),
         "slow": 0 if slow is None else len(slow),
         "harm": {name: [*harmed.house[harmed.caregiver == name]] for name in caregivers},
     }
@@ -303,17 +299,21 @@ def of_stratified_ratio(ours: np.ndarray, theirs: np.ndarray, sizes: Sequence[in
     return Estimate(ratio, max(0.0, ratio - reach), ratio + reach)
 
 
-def _slowed_line(where: str, slow: pd.DataFrame, grid: pd.DataFrame) -> dict[str, Any]:
-    """Return the mean damage in slowed episodes of one caregiver, in every world, and what the house adds to it."""
+def _slowed_lines(
+    groups: dict[str, list[str]], caregivers: Sequence[str], slow: pd.DataFrame, grid: pd.DataFrame
+) -> list[dict[str, Any]]:
+    """Return the mean damage in the slowed episodes in every world, and what the house adds to it, of every group."""
     keys = ["house", "caregiver", "family", "episode"]
     both = slow.merge(grid[[*keys, "damage"]], on=keys, suffixes=("", "_grid"))
-    by_house = both.assign(more=both.damage - both.separation).groupby("house", sort=False).more
-    return {
-        "shape": where,
-        "caregiver": slow.caregiver.iloc[0],
-        "means": [both[column].mean() for column in ("damage_grid", *SLOWED, "damage")],
-        "more": two_level.of_mean([more.to_numpy() for _, more in by_house]),
-    }
+    both["more"] = both.damage - both.separation
+    lines = []
+    for where, names in groups.items():
+        for caregiver in caregivers:
+            own = both[both.house.isin(names) & (both.caregiver == caregiver)]
+            more = two_level.of_mean([house.to_numpy() for _, house in own.groupby("house", sort=False).more])
+            means = [own[column].mean() for column in ("damage_grid", *SLOWED, "damage")]
+            lines.append({"shape": where, "caregiver": caregiver, "means": means, "more": more})
+    return lines
 
 
 def _damage(table: pd.DataFrame, house: str, caregiver: str) -> Any:
