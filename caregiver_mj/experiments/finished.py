@@ -33,7 +33,7 @@ _FILES = {  # of a finished run, and what to say where one is not there
     "episodes.parquet": "the run in '{}' has no episodes.parquet: `evaluate --resume` writes it anew",
     "maps.parquet": "the run in '{}' has no maps.parquet, as runs of an older version: run it again",
 }
-_NOT_SETTINGS = ("epsilons", "extended_at", "file")  # follow from others, or nothing depends on them
+_NOT_SETTINGS = ("epsilons", "extended_at", "file", "houses")  # follow from others, or nothing depends on them
 
 
 @dataclasses.dataclass(frozen=True)

@@ -24,7 +24,7 @@ from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.children.walk import novice_timestep
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.errors import CaregiverError, check_integer
 from caregiver_mj.experiments import intervals, two_level
 from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.experiments.settings import Settings
@@ -41,11 +41,11 @@ from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.separation import allowed_rate
 from caregiver_mj.robot.view import ChildView, View
+from caregiver_mj.tasks.base import CONTROL_TIMESTEP
 from study import Page, Parser, read_run, run_all, run_episodes
 
 COUNTS = ("strikes", "strikes_surface", "candles_dropped")
-SLOWED = {"pace": False, "separation": True}  # and whether it also slows down beside a child
-CONTROL_TIMESTEP = 0.02  # seconds
+SLOWED = {"pace": False, "separation": True}  # columns of damage, and whether the caregiver slows down beside a child
 TICKS = 5  # into which a step of the caregiver is divided
 _POINTS, _SLOWEST = 10, 0.02  # of a way at which its speed is asked for; and the share of it that it always has
 _CHANGED = "caregiver_cell", "holding", "candle_table", "state", "orders", "done"  # of a world, by a caregiver's action
@@ -64,9 +64,10 @@ def run(options: argparse.Namespace) -> Page:
     houses, settings = read_run(options.run)
     if settings.world != "house" or "none" not in settings.caregivers:
         raise CaregiverError(f"'{options.run}' must hold a run in the house with 'none' among its caregivers")
+    check_integer("--slowed", options.slowed, 0, settings.episodes)
+    slow = run_slowed(houses, settings, options.slowed, options.jobs) if options.slowed else None
     grid = run_episodes(dataclasses.replace(settings, world="grid"), options.jobs)
     cells = pd.read_parquet(options.run / "houses.parquet")
-    slow = run_slowed(houses, settings, options.slowed, options.jobs) if options.slowed else None
     return page(houses, grid, cells[cells.caregiver != "none"], settings, slow)
 
 
@@ -248,7 +249,7 @@ def page(
         "with_robot": int((house.caregiver != "none").sum()),
         "alike": _alike(house, grid),
         "cells": {name: int((cells.caregiver == name).sum()) for name in caregivers},
-        "slowed": [] if slow is None else _slowed_lines({**groups, "all": [*of_shape]}, caregivers, slow, grid),
+        "slowed": [] if slow is None else slowed_lines({**groups, "all": [*of_shape]}, caregivers, slow, grid),
         "slow": 0 if slow is None else len(slow),
         "harm": {name: [*harmed.house[harmed.caregiver == name]] for name in caregivers},
     }
@@ -299,7 +300,7 @@ def of_stratified_ratio(ours: np.ndarray, theirs: np.ndarray, sizes: Sequence[in
     return Estimate(ratio, max(0.0, ratio - reach), ratio + reach)
 
 
-def _slowed_lines(
+def slowed_lines(
     groups: dict[str, list[str]], caregivers: Sequence[str], slow: pd.DataFrame, grid: pd.DataFrame
 ) -> list[dict[str, Any]]:
     """Return the mean damage in the slowed episodes in every world, and what the house adds to it, of every group."""

@@ -1,11 +1,15 @@
 """The study of house and grid by shape: the ratio over a sample with so many houses of each shape."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from caregiver_mj import cli
 from caregiver_mj.experiments import intervals, two_level
-from studies.shapes import of_ratio, of_stratified_ratio
+from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.plans.floor_plan import FloorPlan
+from studies import shapes
+from studies.shapes import of_ratio, of_stratified_ratio, slowed_lines
 from study import main
 
 OURS, THEIRS = np.array([2.0, 4.0, 6.0, 10.0]), np.array([1.0, 3.0, 2.0, 4.0])
@@ -35,6 +39,25 @@ def test_houses_are_taken_within_their_shapes_where_there_are_several_of_each():
     for sizes in ([4], [1, 3]):
         assert of_ratio(ours, theirs, sizes) == two_level.of_ratio(ours, theirs) != of_ratio(ours, theirs, [2, 2])
     assert of_ratio(ours[:1], theirs[:1], [1]) == intervals.of_ratio(ours[0], theirs[0])
+
+
+def test_what_the_house_adds_to_a_slowed_caregiver():
+    episodes = {"house": ["a", "a", "b"], "caregiver": "foresight", "family": "1", "episode": [0, 1, 0]}
+    slow = pd.DataFrame(episodes | {"damage": [9.0, 5.0, 4.0], "pace": [3.0, 3.0, 0.0], "separation": [4.0, 4.0, 6.0]})
+    grid = pd.DataFrame(episodes | {"damage": [1.0, 2.0, 0.0]})
+    first, both = slowed_lines({"house": ["a"], "all": ["a", "b"]}, ["foresight"], slow, grid)
+    assert first["means"] == pytest.approx([1.5, 3.0, 4.0, 7.0])  # grid, pace, separation, house
+    assert both["means"] == pytest.approx([1.0, 2.0, 14 / 3, 6.0])
+    assert (first["more"].value, both["more"].value) == (3.0, 0.5)  # 3 and -2, of the houses
+
+
+@pytest.mark.parametrize("episodes", ["-1", "3"])
+def test_no_more_episodes_can_be_slowed_than_there_are(monkeypatch, tmp_path, capsys, episodes):
+    settings = Settings((FloorPlan.load("paper"),), episodes=2)
+    monkeypatch.setattr(shapes, "read_run", lambda folder: (pd.DataFrame(), settings))
+    with pytest.raises(SystemExit):
+        main(["shapes", "--run", str(tmp_path), "--slowed", episodes])
+    assert "--slowed must be" in capsys.readouterr().err
 
 
 @pytest.mark.slow
