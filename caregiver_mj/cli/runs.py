@@ -10,6 +10,7 @@ import argparse
 import itertools
 import json
 import pathlib
+import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -184,10 +185,14 @@ def _pool(arguments: argparse.Namespace) -> None:
 
 
 def _submit(arguments: argparse.Namespace) -> None:
-    from caregiver_mj.experiments.submission import submit  # needs pandas, a second to import
+    from caregiver_mj.experiments.submission import check_comparable, read_submission, submit  # need pandas
 
     submit(arguments.folder, arguments.out, {key: getattr(arguments, key) for key in ("title", "authors", "notes")})
     print(arguments.out)
+    try:
+        check_comparable(read_submission(arguments.out))
+    except CaregiverError as error:
+        print(f"caregiver-mj: not for a leaderboard: {error}", file=sys.stderr)
 
 
 def _verify(arguments: argparse.Namespace) -> None:

@@ -27,10 +27,11 @@ _UNREADABLE = (OSError, ValueError, KeyError, TypeError, AttributeError, IndexEr
 _EACH = ("seed", "episodes", "extended_at", "pooled", "file", "epsilons")
 _PAIR = ["house", "family", "seed"]  # what two episodes share that have the same children
 _SIDES = ("first", "second")
+_ANEW = "`caregiver-mj evaluate --resume` writes it anew"
 _FILES = {  # of a finished run, and what to say where one is not there
     "run.json": "'{}' holds no run: `caregiver-mj evaluate --out DIR` makes one",
     "summary.json": "the run in '{}' is not finished: go on with `caregiver-mj evaluate --resume`",
-    "episodes.parquet": "the run in '{}' has no episodes.parquet: `evaluate --resume` writes it anew",
+    "episodes.parquet": f"the run in '{{}}' has no episodes.parquet: {_ANEW}",
     "maps.parquet": "the run in '{}' has no maps.parquet, as runs of an older version: run it again",
 }
 _NOT_SETTINGS = ("epsilons", "extended_at", "file", "houses")  # follow from others, or nothing depends on them
@@ -87,23 +88,34 @@ def read_finished(folder: str | os.PathLike[str]) -> Finished:
     except KeyError as error:
         raise CaregiverError(f"the run in '{folder}' cannot be read: there is no {error} in it") from error
     except _UNREADABLE as error:
-        what = " ".join(str(error).split()) or type(error).__name__
-        raise CaregiverError(f"the run in '{folder}' cannot be read: {what}") from error
+        raise CaregiverError(f"the run in '{folder}' cannot be read: {_words(error)}") from error
     except CaregiverError as error:
         raise CaregiverError(f"the run in '{folder}' cannot be read: {error}") from None
     for name, wrong in foreign.items():
         if wrong:
-            raise CaregiverError(f"the run in '{folder}' cannot be read: its {name} is that of another run")
+            raise CaregiverError(f"the run in '{folder}' cannot be read: its {name} is that of another run; {_ANEW}")
     return found
 
 
 def _read(path: pathlib.Path) -> tuple[dict[str, Any], Settings, pd.DataFrame, pd.DataFrame, dict[str, Any]]:
-    record, summary = (read_json(path / f"{name}.json") for name in ("run", "summary"))
-    for name, found in (("run.json", record), ("summary.json", summary)):
-        if not isinstance(found, dict):
-            raise ValueError(f"its {name} must hold a dictionary, got {type(found).__name__}")
-    settings, episodes = Settings.of_record(record), pd.read_parquet(path / "episodes.parquet")
-    return record, settings, episodes, pd.read_parquet(path / "maps.parquet"), summary
+    record, summary, episodes, maps = (_read_file(path / name) for name in _FILES)
+    return record, Settings.of_record(record), episodes, maps, summary
+
+
+def _read_file(path: pathlib.Path) -> Any:
+    """Return the dictionary or the table in a file; raise CaregiverError if it is damaged."""
+    try:
+        found = pd.read_parquet(path) if path.suffix == ".parquet" else read_json(path)
+        if not isinstance(found, dict | pd.DataFrame):
+            raise ValueError(f"it must hold a dictionary, got {type(found).__name__}")
+        return found
+    except _UNREADABLE as error:
+        mend = "" if path.name == "run.json" else f"; {_ANEW}"
+        raise CaregiverError(f"its {path.name} is damaged ({_words(error)}){mend}") from error
+
+
+def _words(error: Exception) -> str:
+    return " ".join(str(error).split()) or type(error).__name__
 
 
 def _who(found: Finished) -> set[tuple[str, str]]:

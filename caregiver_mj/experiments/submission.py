@@ -87,7 +87,11 @@ def submit(run: str | os.PathLike[str], path: str | os.PathLike[str], card: Mapp
     files: dict[str, Any] = {_CARD: dict(card), _RUN: found.record}
     for number, block in enumerate(found.settings.blocks(extended_at=folder.extended_at)):
         result = folder.read(str(block))
-        if result is None or (not result.get("answers") and block.caregiver not in ("none", FLOOR)):
+        if result is None:
+            raise CaregiverError(
+                f"the run in '{run}' has lost episodes ({block}): `caregiver-mj evaluate --resume` runs them again"
+            )
+        if not result.get("answers") and block.caregiver not in ("none", FLOOR):
             raise CaregiverError(
                 f"the run in '{run}' must have what '{block.caregiver}' answered, got nothing: one of an older version "
                 "must be run again"

@@ -120,8 +120,9 @@ def test_a_page_has_the_files_of_a_track_together(packed, folder, capsys):
 def test_there_is_no_page_without_a_child_that_is_left_alone(tmp_path, capsys):
     who = ["--caregiver", "random", "--episodes", 1, "--epsilon", 1]
     assert not run("evaluate", "--world", "grid", *who, "--out", tmp_path / "run")
-    assert not run("submit", tmp_path / "run", "--out", tmp_path / "c.submission")
     capsys.readouterr()
+    assert not run("submit", tmp_path / "run", "--out", tmp_path / "c.submission")
+    assert "not for a leaderboard: " in capsys.readouterr().err  # said where it can still be mended
     assert run("leaderboard", tmp_path) == 2
     assert "must have the caregiver 'none'" in (told := capsys.readouterr().err)
     assert "verified" not in told  # it is told at once
@@ -276,9 +277,12 @@ def test_what_cannot_be_submitted(packed, folder, tmp_path, capsys):
     who = ["--caregiver", "nearest", "--epsilon", 0.5, "--episodes", 1, "--out", tmp_path / "run"]
     assert not run("evaluate", "--world", "grid", *who)
     (file,) = (tmp_path / "run/episodes").iterdir()
-    file.write_text(json.dumps(json.loads(file.read_text()) | {"answers": ""}))  # as an old version has left it
-    assert run("submit", tmp_path / "run", "--out", tmp_path / "a.submission") == 2
+    whole = json.loads(file.read_text())
+    for content in (whole | {"answers": ""}, "damaged"):  # the first as an old version has left it
+        file.write_text(json.dumps(content))
+        assert run("submit", tmp_path / "run", "--out", tmp_path / "a.submission") == 2
     error = capsys.readouterr().err
+    assert "`caregiver-mj evaluate --resume` runs them again" in error
     assert "FILE.submission" in error
     assert "holds no run" in error
     assert "answered, got nothing" in error

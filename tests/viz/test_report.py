@@ -182,7 +182,12 @@ def test_refused(tmp_path, capsys):
         assert words in fails(capsys, ["report", write_run(tmp_path / name, caregivers=(name,))])
     assert "no such file" in fails(capsys, ["report", whole, "--video", tmp_path / "no.mp4"]).lower()
     assert "must be an MP4" in fails(capsys, ["report", whole, "--video", whole / "summary.json"])
-    (whole / "maps.parquet").write_bytes(b"PAR1")
-    assert "cannot be read" in fails(capsys, ["report", whole])
+    for name, mended in (("maps.parquet", True), ("summary.json", True), ("run.json", False)):
+        content = (whole / name).read_bytes()
+        (whole / name).write_bytes(b"PAR1")
+        told = fails(capsys, ["report", whole])
+        assert f"cannot be read: its {name} is damaged" in told
+        assert ("`caregiver-mj evaluate --resume` writes it anew" in told) == mended
+        (whole / name).write_bytes(content)
     (whole / "maps.parquet").unlink()
     assert "maps.parquet" in fails(capsys, ["report", whole])
