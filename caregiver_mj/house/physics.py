@@ -27,6 +27,7 @@ from caregiver_mj.robot.view import loose
 
 _SPRUNG = 0.002  # metres that the bolt of a gate that has latched is in, at most
 _HIDES = np.array([group in (OPAQUE, 3) for group in range(mujoco.mjNGROUP)], np.uint8)  # what one cannot see through
+_DENSE = 150  # degrees of freedom up to which dense Jacobians are the faster ones; paper has 43
 _AWAKE = ("ntree_awake", "nbody_awake", "nparent_awake", "nv_awake")
 
 
@@ -60,7 +61,10 @@ class Physics(OffscreenRendering, engine.Physics):
         embodiment = None if robot is False else find_embodiment(None if robot is True else robot)
         spec = build_house(plan, embodiment or False, table_positions, children, visuals, table_heights)
         TouchReader.add_sensors(spec, children)
-        return cls(wrapper.MjData(wrapper.MjModel(spec.compile())), embodiment)
+        model = spec.compile()
+        if model.nv > _DENSE:
+            model.opt.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE
+        return cls(wrapper.MjData(wrapper.MjModel(model)), embodiment)
 
     # dm_control copies and pickles a simulation by its data alone, which do not say which robot it is, nor what its
     # actuators are about to be told.

@@ -53,10 +53,10 @@ SUITE = ("manipulator:bring_ball", "humanoid:walk")  # tasks of dm_control
 _SUITE_SECONDS = 30.0  # simulated, at most, for each of those
 # Where foresight plans, from little to much.
 PLANS = ("paper", "apartment", "house-0-20x20", "house-0-40x40-stairwells6-candles40-tables20-bins6")
-# Options in the place of the model's own, which the first is; then without sleep, nativeccd, multiccd, and any contact
-# at all; at last other timesteps.
+# Options in the place of the model's own, which the first is, and one of dense and sparse Jacobians; then without
+# sleep, nativeccd, multiccd, and any contact at all; at last other timesteps.
 CHOICES = [("iterations", 20), ("iterations", 5), ("iterations", 50), ("tolerance", 1e-4), ("tolerance", 1e-10)]
-CHOICES += [("cone", 0), ("integrator", 0), ("integrator", 3), ("jacobian", 1), ("enableflags", 0)]
+CHOICES += [("cone", 0), ("integrator", 0), ("integrator", 3), ("jacobian", 0), ("jacobian", 1), ("enableflags", 0)]
 CHOICES += [("disableflags", 1 << 17), ("disableflags", 1 << 19), ("disableflags", 1 << 4)]
 CHOICES += [("timestep", 0.0025), ("timestep", 0.01)]
 _BATCH = 400  # episodes at once
@@ -303,7 +303,7 @@ def films(_seconds: float, repeats: int) -> Iterator[tuple[str, pd.DataFrame]]:
 
 def physics(seconds: float, repeats: int) -> Iterator[tuple[str, pd.DataFrame]]:
     """Yield what another value of an option costs in the replay of an episode, and how far off its end then is."""
-    for house in HOUSES[:4]:
+    for house in HOUSES:
         scene, rows = Scene(house, seconds), []
         scene.record()
         option = scene.env.physics.model.ptr.opt

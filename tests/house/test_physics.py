@@ -2,6 +2,7 @@
 
 import math
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -53,6 +54,19 @@ def test_without_visuals_the_house_is_smaller_and_everything_moves_exactly_as_wi
             physics.step(4)
     np.testing.assert_array_equal(bare.data.qpos, seen.data.qpos)
     np.testing.assert_array_equal(bare.data.qvel, seen.data.qvel)
+
+
+def test_a_house_with_many_candles_has_sparse_jacobians_and_moves_as_with_dense_ones():
+    plan = FloorPlan.load("house-0-30x30-stairwells4-candles30-tables20-bins6")
+    large, dense = (Physics.from_plan(plan, False, visuals=False) for _ in range(2))
+    assert large.model.opt.jacobian == mujoco.mjtJacobian.mjJAC_SPARSE != house().model.opt.jacobian
+    dense.model.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+    for physics in (large, dense):
+        for i, table in enumerate(plan.candle_tables):  # let fall, and tilted
+            physics.set_candle(i, np.array([*plan.position(plan.tables[table]), 0.65]), 0.0)
+        physics.data.qvel[:] = 0.1
+        physics.step(200)  # a second
+    np.testing.assert_allclose(large.data.qpos, dense.data.qpos, atol=1e-4)
 
 
 def test_candles_and_robot_are_read_where_they_were_put():
