@@ -28,13 +28,9 @@ OPAQUE = 1  # group of what hides things, though nothing collides with it
 _GROUND_MARGIN = 40.0  # metres of ground around the house
 _WOOD_LENGTH = 2.4  # metres that the picture of the wooden floor covers
 _GROUND_LENGTH = 6.0  # metres
-# What makes a geom collide as it does; its look does not matter, for it is not drawn.
-_GEOM_ATTRIBUTES = (
-    *("type", "size", "group", "rgba", "contype", "conaffinity"),
-    *("condim", "friction", "solref", "solimp", "margin", "gap"),
-)
 _TO_THE_BOARD = ("leg_ne", "leg_nw", "leg_sw", "leg_se", "top")  # parts of a table from the floor up to there
 _REACHES_FARTHEST = ("glow", "steam")  # of what is carried
+_LOOK = "look"  # a body with nothing but what is to be seen of the one that it is part of
 # The overview camera looks north and down, and shows the whole house in pictures of 4:3 and anything wider.
 _OVERVIEW_ELEVATION = np.radians(60.0)
 _OVERVIEW_FOVY = 30.0  # degrees; a long lens, so that near walls do not hide the rooms behind them
@@ -215,24 +211,13 @@ def table_model(height: float, visuals: bool = True) -> mujoco.MjSpec:
 
 
 def place_model(spec: mujoco.MjSpec, model: mujoco.MjSpec, name: str, position: np.ndarray, yaw: float = 0.0) -> None:
-    """Add a static body that shows a model, at a position (2,) in metres, turned by yaw in radians.
+    """Add a model that does not move, at a position (2,) in metres, turned by yaw in radians.
 
-    What there is to collide with goes into the world's own body. MuJoCo looks for pairs of bodies first and finds
-    geoms within a body by a tree: one body with all obstacles costs much less at each step than one for each piece.
+    It becomes a part of the world's own body. MuJoCo looks for pairs of bodies first, and goes through the geoms of all
+    but that one for it; within a body it finds geoms by a tree.
     """
-    quaternion = np.array([np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)])
-    body = spec.worldbody.add_body(name=name, pos=[*position, 0], quat=quaternion)
-    for geom in model.worldbody.geoms:
-        if not (geom.contype or geom.conaffinity):
-            continue
-        place, turn = np.empty(3), np.empty(4)
-        mujoco.mju_rotVecQuat(place, geom.pos, quaternion)
-        mujoco.mju_mulQuat(turn, quaternion, geom.quat)
-        attributes = {key: getattr(geom, key) for key in _GEOM_ATTRIBUTES}
-        attributes |= {"name": f"{name}/{geom.name}", "pos": place + np.array([*position, 0]), "quat": turn}
-        model.delete(geom)  # in the model, which is small: it takes as long as a scene is large
-        spec.worldbody.add_geom(**attributes)
-    spec.attach(model, prefix=f"{name}/", frame=body.add_frame())
+    quaternion = [np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)]
+    spec.attach(model, prefix=f"{name}/", frame=spec.worldbody.add_frame(pos=[*position, 0], quat=quaternion))
 
 
 def remove_visuals(spec: mujoco.MjSpec) -> None:
@@ -241,9 +226,8 @@ def remove_visuals(spec: mujoco.MjSpec) -> None:
     It leaves what weighs something or hides things from a robot's eye, and of what is carried the part that reaches
     farthest: that tells MuJoCo how still it must be to fall asleep.
     """
-    for body in spec.worldbody.bodies:
-        if not body.find_all("joint") and not any(geom.group == OPAQUE for geom in body.geoms):
-            spec.delete(body)  # one of `place_model`, which does no more than show the model
+    for body in [body for body in spec.bodies if body.name.endswith(_LOOK)]:
+        spec.delete(body)
     for geom in spec.geoms:
         weightless = geom.mass == 0 or geom.parent.name == "world"
         stays = geom.contype or geom.conaffinity or geom.group == OPAQUE or geom.name.endswith(_REACHES_FARTHEST)

@@ -84,9 +84,13 @@ def test_objects_stand_where_the_plan_says(house: House):
         assert house.candle(i).xmat.reshape(3, 3)[2, 2] == pytest.approx(1)
     for i, cell in enumerate(plan.stairwells):
         assert np.allclose(data.geom(f"stairwell_{i}/trigger").xpos[:2], plan.position(cell))
-    bodies = names(model, "body")
-    for kind, cells in (("table", plan.tables), ("bin", plan.bins), ("stairwell", plan.stairwells)):
-        assert sum(name.startswith(f"{kind}_") for name in bodies) == len(cells)
+    for part, cells in (
+        ("table_{}/top", plan.tables),
+        ("bin_{}/box", plan.bins),
+        ("stairwell_{}/trigger", plan.stairwells),
+    ):
+        found = [part.format(i) in names(model, "geom") for i in range(len(cells) + 1)]
+        assert found == [True] * len(cells) + [False]
 
 
 def test_trigger_reports_overlap_and_exerts_no_force(house: House):
