@@ -18,6 +18,17 @@ import pandas as pd
 from caregiver_mj.errors import CaregiverError
 from study import Parser
 
+_SHAPES = ["hall", "alcoves", "dead-ends", "open-plan", "loops", "chain", "stairs-only", "many-tables", "far-bins"]
+
+
+def _houses(first: int) -> list[str]:
+    """Return sixty houses that nobody chose, by seeds from the first on: of the generator, homes, and of all shapes."""
+    houses = [f"{kind}-{first + i}" for kind in ("house", "home") for i in range(20)]
+    for seed in (first, first + 10):
+        houses += [*(f"{shape}-{seed}" for shape in _SHAPES), f"hall-{seed + 1}"]
+    return houses
+
+
 _ALL = "none random wanderer nearest guard stairs candles childproof expected-danger foresight knows-goal floor"
 _FEW = "none nearest expected-danger foresight floor"
 _OTHERS = "toddler:.5 explorer:.25 avoider:.25 seeker:.25"  # children that are no novices
@@ -25,8 +36,8 @@ RUNS = {  # in the order of the report
     "grid-test-100": f"--world grid --houses test-100 --caregiver {_ALL} --episodes 20",
     "grid-test-20": "--world grid --houses test-20 --caregiver none expected-danger foresight knows-goal clairvoyant "
     "floor --episodes 20",
-    "house-ten": "--world house --houses paper apartment test-8 --caregiver none expected-danger foresight floor "
-    "--episodes 3",
+    "house-120": f"--world house --houses {' '.join(_houses(990_000) + _houses(991_000))} "
+    "--caregiver none expected-danger foresight --epsilon 1 0.75 0.5 0.25 0.05 --episodes 4 --seed 91",
     "grid-apartment": f"--world grid --house apartment --caregiver {_ALL} --episodes 200",
     "grid-paper": f"--world grid --house paper --caregiver {_ALL} --episodes 1000",
     "house-paper": "--world house --house paper --caregiver none expected-danger --episodes 10",
