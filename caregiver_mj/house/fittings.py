@@ -226,7 +226,7 @@ def remove_visuals(spec: mujoco.MjSpec) -> None:
     It leaves what weighs something or hides things from a robot's eye, and of what is carried the part that reaches
     farthest: that tells MuJoCo how still it must be to fall asleep.
     """
-    for body in [body for body in spec.bodies if body.name.endswith(_LOOK)]:
+    for body in [body for body in spec.bodies if body.name.rpartition("/")[2] == _LOOK]:
         spec.delete(body)
     for geom in spec.geoms:
         weightless = geom.mass == 0 or geom.parent.name == "world"
