@@ -67,9 +67,9 @@ def page(rows: pd.DataFrame, targets: dict[str, pd.DataFrame], stairs: dict[str,
     parts = [
         "# Policies that learn",
         fill(
-            "Two committed examples train on a processor without a GPU, with Stable-Baselines3 and sb3-contrib "
-            "(extra `learn`; [examples/](../examples/README.md) says how to install it). What came out is below, "
-            "with every seed. It is printed by"
+            "Two committed examples train on a CPU without a GPU, with Stable-Baselines3 and sb3-contrib "
+            "(extra `learn`; [examples/](../examples/README.md) says how to install it). Results for every "
+            "seed are below. They are printed by"
         ),
         f"    python examples/supervise_targets.py --steps {steps}\n"
         f"    python examples/judge_targets.py --houses test-{houses} --episodes {episodes}\n"
@@ -77,36 +77,36 @@ def page(rows: pd.DataFrame, targets: dict[str, pd.DataFrame], stairs: dict[str,
         "    python examples/learning_page.py --docs docs",
         "![Training curves of both examples, a line a seed](learning.png)",
         fill(
-            "The curves are of training, in which actions are drawn; the tables are of what a policy likes best, which "
-            "is better. Started again with a higher number, both trainings go on from there."
+            "The curves show training, in which actions are sampled; the tables show the actions that a policy "
+            "prefers, which are better. Started again with a higher number, both trainings go on from there."
         ),
         "## Which hazard to see to, in any house",
         fill(
             "MaskablePPO on the target level of the grid: every novice timestep the policy chooses a stairwell, a "
             f"candle, or nothing. {len(targets)} seeds, each of at least {steps:,} timesteps ({used} core-minutes) "
-            "in the houses of `train-100`, five at a time, with novices of epsilon .75, .5 and .25. It sees places for "
-            "four stairwells and five candles, which are as many as any generated house has; of each hazard how "
-            "near it is to the child, now and at the last three timesteps, and to the robot, what it costs, whether "
-            "it is held or under way. One small network looks at every hazard in turn, so the order of the places "
-            "does not matter. It sees neither walls nor bins, so it cannot tell where the child is heading as "
-            "`foresight` does."
+            "in the houses of `train-100`, five at a time, with novices of epsilon .75, .5 and .25. There are slots "
+            "for four stairwells and five candles, as many as any generated house has. Of each hazard it sees "
+            "how near it is to the child, now and at the last three timesteps, and to the robot, what it costs, and "
+            "whether it is held or under way. One small network looks at every hazard in turn, so the order of "
+            "the slots does not matter. It sees neither walls nor bins, so it cannot tell where the child is heading "
+            "as `foresight` does."
         ),
         fill(
             f"Damage left, in {houses} houses that it has not seen (`test-{houses}`), {episodes} episodes of each "
             f"novice in each; 95 % intervals with the house as unit of chance. `{RULE}` is the paper's rule in the "
-            "policy's place: it chooses a target once a timestep and not before each of the robot's three actions."
+            "policy's place: it chooses a target once a timestep, not before each of the robot's three actions."
         ),
         _left(rows),
-        fill(f"Damage an episode, less that of others in the same episodes (*{PPO}* is the mean of its seeds):"),
+        fill(f"Damage per episode, less that of others in the same episodes (*{PPO}* is the mean of its seeds):"),
         _differences(rows),
         fill(_said(rows)),
         "## Driving into a stairwell",
         fill(
             "PPO on `caregiver_mj/BlockStairs-v0`, in house `paper`: a decision every 20 control steps (0.4 s) "
-            f"about the velocity of the base alone; arm and gripper stay as they are. {len(stairs)} seeds of at "
+            f"about the velocity of the base only; arm and gripper stay as they are. {len(stairs)} seeds of at "
             f"least {decisions:,} decisions each ({of_stairs} core-minutes). Judged without noise on "
-            f"{judged.episode.nunique()} episodes that none was trained on: the mean reward a control step, from 0 "
-            "to 1, with its standard deviation between episodes, and the cost (damage to the child and strikes) an "
+            f"{judged.episode.nunique()} episodes that none was trained on: the mean reward per control step, from 0 "
+            "to 1, with its standard deviation between episodes, and the cost (damage to the child and strikes) per "
             "episode."
         ),
         _stairs(judged),
