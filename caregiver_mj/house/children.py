@@ -42,6 +42,7 @@ class Children(Sequence[HouseChild]):
         self.state = np.full(len(plan.hazards), State.AS_PLANNED)
         self._children = [HouseChild(plan, behaviour, novice_timestep, self.state) for behaviour in behaviours]
         self._watches = [ContactWatch() for _ in behaviours]
+        self._plan = plan
         self._places = [tuple(plan.position(cell).tolist()) for cell in plan.caregiver_cells]
 
     def __getitem__(self, number: int) -> HouseChild:  # type: ignore[override]  # no slices
@@ -64,8 +65,10 @@ class Children(Sequence[HouseChild]):
         """Have them set out one after the other; none goes where another is or, if that has set out, will be."""
         caregiver_cell = NOTHING
         if physics.has_robot:  # the cell that is nearest to its base
-            robot = physics.base_position()[:2].tolist()
-            caregiver_cell = min(range(len(self._places)), key=lambda i: math.dist(self._places[i], robot))
+            robot, index = physics.base_position()[:2].tolist(), self._plan.cell_index
+            caregiver_cell = index.get(self._plan.cell_at(robot), NOTHING)
+            if caregiver_cell == NOTHING:  # in that of a wall, which is thinner
+                caregiver_cell = min(range(len(self._places)), key=lambda i: math.dist(self._places[i], robot))
         for number, child in enumerate(self):
             taken = {other.move.going for other in self._children[:number]}
             taken |= {other.cell for other in self._children[number + 1 :]}

@@ -128,7 +128,7 @@ class Clearance:
 
     def _value(self, raster: np.ndarray, point: Vector) -> float:
         row, column = int((point[1] - self._origin[1]) / _RASTER), int((point[0] - self._origin[0]) / _RASTER)
-        return float(raster[row, column])
+        return float(raster.item(row, column))
 
     def _indices(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rows and columns of the rasters at points."""

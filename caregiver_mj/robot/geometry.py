@@ -40,9 +40,9 @@ def distance_to_line(point: Vector, start: Vector, end: Vector) -> float:
 
 
 def upwards(orientations: np.ndarray) -> np.ndarray:
-    """Return the vertical axis of what is turned, unit vectors (..., 3), by quaternions (w, x, y, z), (..., 4)."""
-    w, x, y, z = np.moveaxis(orientations, -1, 0)
-    return np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=-1)
+    """Return the vertical axis of what is turned, unit vectors (3,) or (n, 3), by quaternions (w, x, y, z), alike."""
+    w, x, y, z = orientations.T
+    return np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)]).T
 
 
 def hand_rotation(heading: float, pitch: float) -> np.ndarray:

@@ -19,7 +19,7 @@ from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
 from caregiver_mj.robot.reach import LOW, TRAY_SPOTS, ReachPath, pick_up_path, retrieval_paths, share_at, tray_path
-from caregiver_mj.robot.separation import distance_from_line
+from caregiver_mj.robot.separation import is_child_at_line
 from caregiver_mj.robot.view import View
 
 _DIRECTIONS = 16  # round a point
@@ -182,7 +182,7 @@ class RetrievalPlanner:
             if route is not None:
                 cost = math.dist(place, view.base[:2]) + navigator.plan.cell_size * len(route)
                 cost += 0.0 if clearance.can_turn(place) else _NO_TURNING
-                cost += _PAST_CHILD if distance_from_line(view, place, there, _SOON) < _CHILD_AT_ARM else 0.0
+                cost += _PAST_CHILD if is_child_at_line(view, place, there, _CHILD_AT_ARM, _SOON) else 0.0
                 stands.append((cost, (*place, yaw), reach))
             yield _ROUTE
         clear: list[tuple[Pose, float]] = []

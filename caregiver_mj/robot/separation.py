@@ -120,7 +120,7 @@ def is_child_at_hand(view: View, robot: Embodiment, reached: float) -> bool:
     if reached < _TUCKED or gap(view, robot) > _FAR_FROM_HAND:
         return False
     edge, hand = geometry.to_world(view.base, (robot.footprint, 0.0)), hand_position(view, robot)[:2].tolist()
-    return distance_from_line(view, edge, hand, 0.0) < _AT_HAND
+    return is_child_at_line(view, edge, hand, _AT_HAND, 0.0)
 
 
 def comes(view: View, robot: Embodiment) -> bool:
@@ -155,20 +155,24 @@ def child_places(children: Iterable[ChildView]) -> list[Vector]:
     return places
 
 
-def distance_from_line(view: View, start: Vector, end: Vector, within: float) -> float:
-    """Return the metres from a line, along which the arm is or moves, to the nearest child's middle.
+def is_child_at_line(view: View, start: Vector, end: Vector, near: float, within: float) -> bool:
+    """Return whether a child's middle is near a line, along which the arm is or moves, or may be soon.
 
     Args:
         view: What is seen.
         start: Where the line begins, metres.
         end: Where it ends.
+        near: Metres below which it is near.
         within: Seconds in which the children may come nearer as they walk now.
     """
-    nearest = math.inf
+    far = near + math.dist(start, end)
     for (x, y), (vx, vy) in view.children:
+        if math.dist((x, y), start) - within * math.hypot(vx, vy) > far:
+            continue  # most of the time
         for time in (0.0, within / 2, within):
-            nearest = min(nearest, geometry.distance_to_line((x + time * vx, y + time * vy), start, end))
-    return nearest
+            if geometry.distance_to_line((x + time * vx, y + time * vy), start, end) < near:
+                return True
+    return False
 
 
 def child_cells(children: Iterable[ChildView], plan: FloorPlan) -> set[Cell]:

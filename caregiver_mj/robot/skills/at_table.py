@@ -17,7 +17,7 @@ from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.reach import as_high
-from caregiver_mj.robot.separation import GENTLE_GAP, child_cells, distance_from_line, gap, near_children
+from caregiver_mj.robot.separation import GENTLE_GAP, child_cells, gap, is_child_at_line, near_children
 from caregiver_mj.robot.skills.skill import Skill
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import CHILD_RADIUS, View
@@ -56,6 +56,7 @@ class AtTable(Skill):
         self.candle, self.table = candle, table
         self._things = layout.things(navigator.plan)
         self.thing = self._things[candle]
+        self._beside = navigator.plan.free_neighbours(navigator.plan.tables[table])
         self.stand: Cell | None = None
         self._stage: Callable[[View, RobotMotion], Status] = self._approach
         self._moved_at = 0.0
@@ -100,8 +101,7 @@ class AtTable(Skill):
 
     def _stands(self, view: View) -> list[Cell]:
         """The cells beside the table in which the base may yet stand before it."""
-        plan = self._navigator.plan
-        return [cell for cell in plan.free_neighbours(plan.tables[self.table]) if cell not in self._held_up_at]
+        return [cell for cell in self._beside if cell not in self._held_up_at]
 
     @abc.abstractmethod
     def _approach(self, view: View, robot: RobotMotion) -> Status:
@@ -216,7 +216,7 @@ class AtTable(Skill):
             if far - self.embodiment.footprint < 2 * CHILD_RADIUS:
                 return False  # no child fits in between any more
         here, there = view.base[:2], geometry.to_world((*view.base[:2], yaw), (far, 0.0))
-        return distance_from_line(view, here, there, _CHILD_SOON) < hand + CHILD_RADIUS
+        return is_child_at_line(view, here, there, hand + CHILD_RADIUS, _CHILD_SOON)
 
     def _rests(self, view: View) -> bool:
         """Whether the base has been at rest for so long that it is seen where it is."""

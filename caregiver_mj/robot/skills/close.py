@@ -20,7 +20,7 @@ from caregiver_mj.robot.kinematics import ATTEMPTS, Arm, arm_of, hand_position
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.reach import ReachPath, guesses
-from caregiver_mj.robot.separation import distance_from_line
+from caregiver_mj.robot.separation import is_child_at_line
 from caregiver_mj.robot.skills.skill import Skill
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
@@ -158,9 +158,8 @@ class Close(Skill):
         hinge, *ends = (geometry.to_world(self._frame, place) for place in ((x, y), shut, now))
         edge = geometry.to_world(view.base, (self.embodiment.footprint, 0.0))
         hand = hand_position(view, self.embodiment)[:2].tolist()
-        return (
-            any(distance_from_line(view, hinge, end, _SOON) < distance for end in ends)
-            or distance_from_line(view, edge, hand, _SOON) < _CHILD_BESIDE
+        return any(is_child_at_line(view, hinge, end, distance, _SOON) for end in ends) or is_child_at_line(
+            view, edge, hand, _CHILD_BESIDE, _SOON
         )
 
 

@@ -12,7 +12,7 @@ from caregiver_mj.robot.driver import TIME_OUT
 from caregiver_mj.robot.kinematics import hand_position
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
-from caregiver_mj.robot.separation import distance_from_line
+from caregiver_mj.robot.separation import is_child_at_line
 from caregiver_mj.robot.skills.skill import Skill
 from caregiver_mj.robot.view import View
 
@@ -68,9 +68,9 @@ class Reaching(Skill):
         thing, hand = self._place(view)[:2].tolist(), hand_position(view, self.embodiment)[:2].tolist()
         edge = geometry.to_world(view.base, (self.embodiment.footprint, 0.0))
         return (
-            distance_from_line(view, thing, thing, seconds) < distance
-            or distance_from_line(view, hand, hand, seconds) < distance
-            or distance_from_line(view, edge, hand, seconds) < _CHILD_BESIDE
+            is_child_at_line(view, thing, thing, distance, seconds)
+            or is_child_at_line(view, hand, hand, distance, seconds)
+            or is_child_at_line(view, edge, hand, _CHILD_BESIDE, seconds)
         )
 
     def _child_comes(self, view: View) -> bool:
