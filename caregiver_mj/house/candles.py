@@ -76,9 +76,10 @@ def watch_candle(physics: Physics, seconds: float, tally: Contacts) -> None:
     """
     if not physics.is_gripping():
         return
-    pinch, children = physics.pinch_position(), physics.toddler_positions()[:, :2]
-    hand = pinch[:2].tolist()
-    if min(math.dist(child, hand) for child in children.tolist()) > FAR + _LENGTH + CHILD_RADIUS:
+    pinch, children = physics.pinch_position(), physics.toddler_positions()
+    x, y, _ = pinch.tolist()
+    nearest_child = min(math.dist((x, y), place) for *place, _ in children.tolist())
+    if nearest_child > FAR + _LENGTH + CHILD_RADIUS:
         return  # as if it were nowhere
     poses = physics.candle_poses()
     if not len(poses):
@@ -93,7 +94,7 @@ def watch_candle(physics: Physics, seconds: float, tally: Contacts) -> None:
         return
     kind = physics.carried[nearest]
     spheres = np.concatenate([bodies[nearest], _FLAME if kind is CANDLE else ()])
-    distances = _distances(poses[nearest, :3] + spheres[:, None] * axes[nearest], children)
+    distances = _distances(poses[nearest, :3] + spheres[:, None] * axes[nearest], children[:, :2])
     wax = min(distances[:_SPHERES]) - CHILD_RADIUS - layout.thing(kind).width
     flame = min(distances[_SPHERES:], default=math.inf) - CHILD_RADIUS - FLAME_RADIUS
     tally.carry(min(FAR, max(0.0, flame)), min(FAR, max(0.0, wax)), seconds)

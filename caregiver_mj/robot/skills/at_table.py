@@ -56,6 +56,9 @@ class AtTable(Skill):
         self.candle, self.table = candle, table
         self._things = layout.things(navigator.plan)
         self.thing = self._things[candle]
+        approach = self.embodiment.approach
+        hovers_at = math.hypot(approach.hover_distance, approach.hover_across)
+        self._comes_out_at = max(approach.last_distance, hovers_at, approach.above_distance)  # metres to go
         self._beside = navigator.plan.free_neighbours(navigator.plan.tables[table])
         self.stand: Cell | None = None
         self._stage: Callable[[View, RobotMotion], Status] = self._approach
@@ -99,9 +102,13 @@ class AtTable(Skill):
             self._held_up_for += seconds
         return self._held_up_for > _HELD_UP
 
+    def _may_stand(self, view: View, cell: Cell) -> bool:
+        """Whether the base may yet stand before the table in a cell beside it."""
+        return cell not in self._held_up_at
+
     def _stands(self, view: View) -> list[Cell]:
-        """The cells beside the table in which the base may yet stand before it."""
-        return [cell for cell in self._beside if cell not in self._held_up_at]
+        """The cells in which it may."""
+        return [cell for cell in self._beside if self._may_stand(view, cell)]
 
     @abc.abstractmethod
     def _approach(self, view: View, robot: RobotMotion) -> Status:
@@ -119,7 +126,7 @@ class AtTable(Skill):
             Position and cell to stand in, and the heading.
         """
         is_barred = self.stand and self.driver.looks_again(view.now) and self._is_barred(view, self.stand)
-        if self.stand is None or is_barred or self.stand not in self._stands(view):
+        if self.stand is None or is_barred or not self._may_stand(view, self.stand):
             self.stand = self._choose_stand(view)
         x, y = self._ahead(self.stand)
         reach = self.embodiment.postures.reach + hand[0]
@@ -169,18 +176,17 @@ class AtTable(Skill):
         if not self._is_aimed or not robot.turns_to(yaw) or self.driver.stands_aside(view.now):
             robot.reach(0.0)
             return False
+        off = math.dist(goal, view.base[:2])
+        self._note_arrival(view, robot, off)
+        if off > self._comes_out_at and robot.hand_out == 0.0:
+            return False  # it has a long way to go yet
         along, across = geometry.to_local((*view.base[:2], yaw), goal)
-        off, turn = math.dist(goal, view.base[:2]), abs(math.remainder(yaw - view.base[2], math.tau))
-        if robot.moving:
-            self._moved_at, self._is_short = view.now, False
+        turn = abs(math.remainder(yaw - view.base[2], math.tau))
         is_late = view.age > _LATE
         is_on_its_path = math.dist(view.base[:2], robot.base_reference()[0]) < _ON_PATH
         at_last = self._rests(view) if is_late else robot.time_left < approach.last_time and is_on_its_path
         at_last &= not robot.stops
         last_distance = approach.last_distance if robot.moving and robot.rate > 0.99 else _LAST_DISTANCE_SLOWED
-        if robot.reached < 1.0:
-            self._came_down_at = view.now
-        self._is_short |= off >= ARRIVED and view.now - self._came_down_at > _NOT_QUITE
         if self._is_short:
             last_distance = ARRIVED  # the base drives again when the hand is up
         # A child that comes stops the turn, and the hand would come down beside the candle.
@@ -203,6 +209,14 @@ class AtTable(Skill):
         elif robot.hand_out > 0.0:
             robot.reach(0.0)
         return False
+
+    def _note_arrival(self, view: View, robot: RobotMotion, off: float) -> None:
+        """Take in when the base moved last, and whether the hand has come down where it has not quite arrived."""
+        if robot.moving:
+            self._moved_at, self._is_short = view.now, False
+        if robot.reached < 1.0:
+            self._came_down_at = view.now
+        self._is_short |= off >= ARRIVED and view.now - self._came_down_at > _NOT_QUITE
 
     def _child_in_between(self, view: View, yaw: float, along: float, across: float) -> bool:
         """Whether a child is, or will shortly be, where the hand comes out between the base and the table.

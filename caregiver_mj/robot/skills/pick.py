@@ -34,12 +34,11 @@ class Pick(AtTable):
         """Return whether the hand gets at the candle from any side of the table without knocking another one over."""
         return not all(self._is_barred_by_candle(view, stand) for stand in self._stands(view))
 
-    def _stands(self, view: View) -> list[Cell]:
-        return [stand for stand in super()._stands(view) if self._has_room(view, stand)]
-
-    def _has_room(self, view: View, stand: Cell) -> bool:
-        """Whether the candle is near enough to this side of the table: the base must not meet that."""
-        (ahead_x, ahead_y), (x, y, _) = self._ahead(stand), view.candles[self.candle].tolist()
+    def _may_stand(self, view: View, cell: Cell) -> bool:
+        """Also whether the candle is near enough to this side of the table: the base must not meet that."""
+        if not super()._may_stand(view, cell):
+            return False
+        (ahead_x, ahead_y), (x, y, _) = self._ahead(cell), view.candles[self.candle].tolist()
         behind_middle = (x - self._middle[0]) * ahead_x + (y - self._middle[1]) * ahead_y
         to_candle = self.embodiment.postures.reach - self.embodiment.grasp.depth - self.embodiment.footprint
         return to_candle - behind_middle - layout.TABLE_HALF_SIZE > TABLE_MARGIN
@@ -57,7 +56,7 @@ class Pick(AtTable):
         x, y, z = view.candles[self.candle].tolist()
         if not view.stands_on_table(self.candle, self.table) or math.dist((x, y), self._middle) > BESIDE_TABLE:
             return Status.OVERTAKEN  # it has fallen, or somebody else has taken it away
-        if not self._stands(view):
+        if not any(self._may_stand(view, cell) for cell in self._beside):
             return Status.OVERTAKEN  # it has been moved
         goal, cell, yaw = self._stand_at_table(view, (x, y), hand=(-self.embodiment.grasp.depth, 0.0))
         arrival = self._drive(view, robot, goal, cell, yaw)
