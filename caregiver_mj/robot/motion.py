@@ -135,7 +135,9 @@ class RobotMotion(BaseMotion):
             rate: At most, rad/s, for something that slips sooner; it turns no faster again before that.
         """
         gentle = self.robot.limits.yaw_gentle
-        self._turn_within(dataclasses.replace(gentle, velocity=min(rate, gentle.velocity, self._turning.velocity)))
+        limits = dataclasses.replace(gentle, velocity=min(rate, gentle.velocity, self._turning.velocity))
+        if limits != self._turning:
+            self._turn_within(limits)
 
     def bound_turning(self, rate: float) -> None:
         """Have the base turn no faster than this from now on, rad/s: the child may come near."""
