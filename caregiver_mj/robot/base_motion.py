@@ -190,9 +190,10 @@ class BaseMotion:
         return velocity, acceleration
 
     def _base_at(self, time: float) -> tuple[Vector, Vector, Vector]:
-        if self._looked_up is None or self._looked_up[0] != time:  # many ask for the same moment
-            self._looked_up = time, self._look_up(time)
-        return self._looked_up[1]
+        known = self._looked_up
+        if known is None or known[0] != time:  # many ask for the same moment
+            self._looked_up = known = time, self._look_up(time)
+        return known[1]
 
     def _look_up(self, time: float) -> tuple[Vector, Vector, Vector]:
         if self._path is None:

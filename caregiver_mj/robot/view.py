@@ -41,7 +41,7 @@ class ChildView(NamedTuple):
     velocity: Vector
 
 
-@dataclasses.dataclass(eq=False)  # to look up what has been worked out of it
+@dataclasses.dataclass(eq=False, slots=True)  # to look up what has been worked out of it
 class View:
     """What the robot sees at one moment, in metres and radians.
 
