@@ -123,7 +123,7 @@ def _mark(axes: Axes, place: float, cell: str, name: str, across: bool = False) 
 _GRID = ("results/README.md", "### Damage left by each caregiver — Grid, 100 houses")
 FIGURES: dict[str, tuple[Callable[..., Figure], tuple[tuple[str, str], ...]]] = {  # what is drawn of which tables
     "safe_sight.svg": (sight, (("sight.md", "## What is left"),)),
-    "safe_gates.svg": (gates, (("homes.md", "By kind,"), ("homes.md", "## What gates are worth"))),
+    "safe_gates.svg": (gates, (("homes.md", "Damage per episode by kind,"), ("homes.md", "## What gates are worth"))),
     "safe_learned.svg": (learned, (("guide/training.md", "Model card"), ("learning.md", "Damage left, in"), _GRID)),
     "safe_physics.svg": (physics, (("shapes.md", "Mean damage"),)),
 }
