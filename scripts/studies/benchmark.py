@@ -133,10 +133,16 @@ class Scene:
     """A house with the scripted caregiver, and an episode of it on tape."""
 
     def __init__(
-        self, house: str, seconds: float, caregiver: str = "expected-danger", sight: str = "all", children: int = 1
+        self,
+        house: str,
+        seconds: float,
+        caregiver: str = "expected-danger",
+        sight: str = "all",
+        children: int = 1,
+        visuals: bool = True,
     ):
-        family = [EPSILON] * children
-        self.env = load("supervise", house, family, 0, task_kwargs={"time_limit": float("inf")}, sight=sight)
+        family, forever = [EPSILON] * children, {"time_limit": float("inf")}
+        self.env = load("supervise", house, family, 0, task_kwargs=forever, sight=sight, visuals=visuals)
         self.policy = CaregiverPolicy(self.env, caregiver)
         self.steps = round(seconds / self.env.control_timestep())
 
@@ -214,12 +220,14 @@ class Scene:
 def closed_loop(seconds: float, repeats: int) -> Iterator[tuple[str, pd.DataFrame]]:
     """Yield how fast the loop is, of all in turn, over and over; then where its time goes in each house."""
     scenes = {house: Scene(house, seconds) for house in HOUSES}
+    plain = {house: Scene(house, seconds, visuals=False) for house in HOUSES}  # as evaluation and training have them
     for scene in scenes.values():
         scene.record()
     suite = {name: _suite_task(*name.split(":")) for name in SUITE}
     rows: list[dict[str, Any]] = []
     for _ in range(repeats):
-        rows += [{"": house} | scene.measure(seconds) for house, scene in scenes.items()]
+        for house, scene in scenes.items():
+            rows.append({"": house, **scene.measure(seconds), "x, without visuals": seconds / plain[house].play()})
         rows += [{"": name, "x real time": play(min(seconds, _SUITE_SECONDS))} for name, play in suite.items()]
     title = "Closed loop: supervise, one core, and dm_control's tasks with zero action; median of the repeats"
     yield title, pd.DataFrame(rows).groupby("", sort=False).median()
