@@ -143,6 +143,18 @@ def test_strikes_are_contacts_faster_than_5_cm_a_second_and_half_a_second_apart(
     assert strikes(0.7, 0.3) == 1
 
 
+def test_a_robot_in_the_cell_of_a_thin_wall_is_taken_to_be_in_the_nearest_one():
+    physics, behaviour = Physics.from_plan(CORRIDOR, visuals=False), Scripted(CORRIDOR, STAY)
+    children = Children(CORRIDOR, [behaviour], MOVE)
+    children.start(0, tape(), CORRIDOR.cell_index[1, 2], 0.0, physics)
+    x, y = CORRIDOR.position((1, 4))
+    for off in (0.0, 0.6 * CORRIDOR.cell_size):
+        physics.set_robot(np.array([x, y + off, 0.0]))
+        children.begin(0, RANDOM, physics)
+        assert behaviour.seen[-1].caregiver_cell.tolist() == [CORRIDOR.cell_index[1, 4]]
+    assert CORRIDOR.is_wall(CORRIDOR.cell_at((x, y + off)))
+
+
 # -- Several children --------------------------------------------------------------------------------
 
 

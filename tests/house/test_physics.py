@@ -45,6 +45,7 @@ def house(children=1, robot=False, visuals=True) -> Physics:
 def test_without_visuals_the_house_is_smaller_and_everything_moves_exactly_as_with_them(robot):
     seen, bare = (house(robot=robot, visuals=visuals) for visuals in (True, False))
     assert bare.model.ngeom < seen.model.ngeom / 5
+    assert bare.model.nbody < seen.model.nbody
     for physics in (seen, bare):
         action = np.full(physics.action_spec().shape, 0.2)
         for _ in range(100):  # two seconds

@@ -139,6 +139,22 @@ def test_the_strictest_child_sets_the_rate(family, velocity):
     assert allowed_rate(view(*family), ROBOT, velocity) == min(alone)
 
 
+@pytest.mark.parametrize(
+    ("one", "within", "is_near"),
+    [
+        (child(0.5, 0.29), 0.0, True),
+        (child(0.5, 0.31), 0.0, False),
+        (child(1.6, 0.0, -0.6, 0.0), 0.6, True),  # it comes to 0.24 m
+        (child(1.6, 0.0, 0.6, 0.0), 0.6, False),  # it goes away
+        (child(-1.0, 0.0, 2.0, 0.0), 0.5, True),  # it comes to where the line begins
+        (child(0.5, 1.0, 0.0, -4.0), 0.5, True),  # it has passed by then
+    ],
+)
+def test_a_child_is_at_a_line_that_it_is_near_or_comes_near_in_time(one, within, is_near):
+    assert separation.is_child_at_line(view(one), (0.0, 0.0), (1.0, 0.0), 0.3, within) == is_near
+    assert separation.is_child_at_line(view(child(9.0, 9.0), one), (0.0, 0.0), (1.0, 0.0), 0.3, within) == is_near
+
+
 @pytest.mark.parametrize("name", ["mobile_fr3", "mobile_ur5e"])
 @given(places=st.lists(st.tuples(st.floats(1.5, 4.0), st.floats(-4.0, 4.0)), min_size=1, max_size=3), way=velocities)
 @example(places=[(3.0, 0.0)], way=(1.4, 0.0))

@@ -126,6 +126,13 @@ def test_picking_and_placing_must_not_be_interrupted_once_the_fingers_are_at_the
     np.testing.assert_allclose(stage.candle(), [*ROOM.position(ROOM.tables[BARE_TABLE]), TABLE_TOP], atol=0.01)
 
 
+def test_the_hand_comes_in_when_the_base_is_moved_away_from_the_table(stage):
+    pick = Pick(stage.navigator, CANDLE, ITS_TABLE)
+    stage.run(pick, lambda: stage.reached > 0.3)
+    stage.physics.set_robot(np.array([*ROOM.position((1, 7)), 0.0]), stage.physics.arm_position())
+    assert stage.run(pick, lambda: stage.reached == 0.0, 3.0) == [Status.RUNNING]
+
+
 def test_picking_is_overtaken_when_the_candle_is_gone(stage):
     pick = Pick(stage.navigator, CANDLE, ITS_TABLE)
     stage.run(pick, lambda: stage.now > 0.5)
