@@ -60,13 +60,15 @@ class Physics(OffscreenRendering, engine.Physics):
         """Build the house of a floor plan; the arguments are those of `build_house`."""
         embodiment = None if robot is False else find_embodiment(None if robot is True else robot)
         arguments = plan, embodiment or False, table_positions, children
+        # What is to be seen would keep things awake for longer, by its extent.
+        lengths = build_house(*arguments, False, table_heights).compile().dof_length.copy() if visuals else None
         spec = build_house(*arguments, visuals, table_heights)
         TouchReader.add_sensors(spec, children)
         model = spec.compile()
+        if lengths is not None:
+            model.dof_length[:] = lengths
         if model.nv > _DENSE:
             model.opt.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE
-        if visuals:  # by their extent they would keep things awake for longer
-            model.dof_length[:] = build_house(*arguments, False, table_heights).compile().dof_length
         return cls(wrapper.MjData(wrapper.MjModel(model)), embodiment)
 
     # dm_control copies and pickles a simulation by its data alone, which do not say which robot it is, nor what its
