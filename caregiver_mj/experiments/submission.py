@@ -71,8 +71,11 @@ class _Claim(NamedTuple):
         return str(self.block)
 
 
-def submit(run: str | os.PathLike[str], path: str | os.PathLike[str], card: Mapping[str, str]) -> None:
+def submit(run: str | os.PathLike[str], path: str | os.PathLike[str], card: Mapping[str, str]) -> Settings:
     """Pack the finished run in a folder into `FILE.submission`, with a card of what its authors say of it.
+
+    Returns:
+        What ran.
 
     Raises:
         CaregiverError: The run is not finished, or does not have what its caregivers answered, or the file cannot be
@@ -104,6 +107,7 @@ def submit(run: str | os.PathLike[str], path: str | os.PathLike[str], card: Mapp
         for name, text in {**texts, _SUMS: json.dumps(sums)}.items():
             packed.writestr(zipfile.ZipInfo(name), text, zipfile.ZIP_DEFLATED)  # without the time: the same again
     write_whole(path, content.getvalue())
+    return found.settings
 
 
 def read_submission(path: str | os.PathLike[str]) -> Submission:

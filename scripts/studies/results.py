@@ -18,6 +18,7 @@ import pandas as pd
 from caregiver_mj.errors import CaregiverError
 from study import Parser
 
+# As `plans.shapes.SHAPES`, but in the order in which they were run: intervals over houses depend on it.
 _SHAPES = ["hall", "alcoves", "dead-ends", "open-plan", "loops", "chain", "stairs-only", "many-tables", "far-bins"]
 
 
