@@ -29,7 +29,6 @@ _GROUND_MARGIN = 40.0  # metres of ground around the house
 _WOOD_LENGTH = 2.4  # metres that the picture of the wooden floor covers
 _GROUND_LENGTH = 6.0  # metres
 _TO_THE_BOARD = ("leg_ne", "leg_nw", "leg_sw", "leg_se", "top")  # parts of a table from the floor up to there
-_REACHES_FARTHEST = ("glow", "steam")  # of what is carried
 _LOOK = "look"  # a body with nothing but what is to be seen of the one that it is part of
 # The overview camera looks north and down, and shows the whole house in pictures of 4:3 and anything wider.
 _OVERVIEW_ELEVATION = np.radians(60.0)
@@ -223,15 +222,13 @@ def place_model(spec: mujoco.MjSpec, model: mujoco.MjSpec, name: str, position: 
 def remove_visuals(spec: mujoco.MjSpec) -> None:
     """Take out of a scene what is only to be seen. What happens in it stays exactly the same, and is computed faster.
 
-    It leaves what weighs something or hides things from a robot's eye, and of what is carried the part that reaches
-    farthest: that tells MuJoCo how still it must be to fall asleep.
+    It leaves what weighs something or hides things from a robot's eye.
     """
     for body in [body for body in spec.bodies if body.name.rpartition("/")[2] == _LOOK]:
         spec.delete(body)
     for geom in spec.geoms:
         weightless = geom.mass == 0 or geom.parent.name == "world"
-        stays = geom.contype or geom.conaffinity or geom.group == OPAQUE or geom.name.endswith(_REACHES_FARTHEST)
-        if weightless and not stays:
+        if weightless and not (geom.contype or geom.conaffinity or geom.group == OPAQUE):
             spec.delete(geom)
 
 

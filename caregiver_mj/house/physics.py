@@ -59,14 +59,14 @@ class Physics(OffscreenRendering, engine.Physics):
     ) -> Physics:
         """Build the house of a floor plan; the arguments are those of `build_house`."""
         embodiment = None if robot is False else find_embodiment(None if robot is True else robot)
-        arguments = plan, embodiment or False, table_positions, children
-        # What is to be seen would keep things awake for longer, by its extent.
-        lengths = build_house(*arguments, False, table_heights).compile().dof_length.copy() if visuals else None
-        spec = build_house(*arguments, visuals, table_heights)
+        spec = build_house(plan, embodiment or False, table_positions, children, visuals, table_heights)
         TouchReader.add_sensors(spec, children)
         model = spec.compile()
-        if lengths is not None:
-            model.dof_length[:] = lengths
+        for number in map(model.numeric, range(model.nnumeric)):
+            thing, _, field = number.name.rpartition("/")
+            if field == "dof_length":  # of its turning
+                first = model.joint(f"{thing}/joint").dofadr[0] + 3
+                model.dof_length[first : first + 3] = number.data
         if model.nv > _DENSE:
             model.opt.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE
         return cls(wrapper.MjData(wrapper.MjModel(model)), embodiment)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import bisect
 import dataclasses
 import itertools
 import math
@@ -54,6 +55,7 @@ class BasePath:
         """
         self._limits, self._speeds = limits, PathSpeeds(limits, deviation)
         self._pieces: list[Piece] = []
+        self._begins: list[float] = []
         self.duration = self.turned_in = 0.0
         points = without_repeats(points)
         self.goal = points[-1]
@@ -94,11 +96,7 @@ class BasePath:
         """Return the position (m), velocity (m/s) and acceleration (m/s^2) at a time since the start."""
         if time >= self.duration:
             return self.goal, (0.0, 0.0), (0.0, 0.0)
-        pieces = self._pieces
-        i = len(pieces) - 1
-        while pieces[i].begin > time and i:
-            i -= 1
-        return pieces[i].at(time)
+        return self._pieces[max(0, bisect.bisect(self._begins, time) - 1)].at(time)
 
     # -- Planning --------------------------------------------------------------------------------
 
@@ -191,6 +189,7 @@ class BasePath:
 
     def _append(self, origin: Vector, axis: Vector, trajectory: Trajectory) -> None:
         self._pieces.append(Piece(self.duration, origin, axis, trajectory))
+        self._begins.append(self.duration)
         self.duration += trajectory.duration
 
 

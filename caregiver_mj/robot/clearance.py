@@ -120,7 +120,7 @@ class Clearance:
         """Whether a few of a line's points already show a wall in the way: most long lines meet one, and soon."""
         last = int(math.dist(a, b) / _RASTER) + 1
         room, (left, bottom), (x, y), (right, up) = self._turning_room.item, self._origin, a, (b[0] - a[0], b[1] - a[1])
-        for i in range(_ENDS, last - _ENDS, _STRIDE):  # thousands for a long way: `_value` takes twice as long
+        for i in range(_ENDS, last - _ENDS, _STRIDE):  # thousands of points at times: `_value` takes twice as long
             share = i * (1.0 / last)
             column, row = int((x + share * right - left) / _RASTER), int((y + share * up - bottom) / _RASTER)
             if room(row, column) < -_ROUNDING:
@@ -129,7 +129,7 @@ class Clearance:
 
     def _value(self, raster: np.ndarray, point: Vector) -> float:
         row, column = int((point[1] - self._origin[1]) / _RASTER), int((point[0] - self._origin[0]) / _RASTER)
-        return float(raster.item(row, column))
+        return raster.item(row, column)
 
     def _indices(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rows and columns of the rasters at points."""

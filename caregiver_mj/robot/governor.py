@@ -19,20 +19,17 @@ from caregiver_mj.robot.view import View
 
 def bound_turning(view: View, robot: RobotMotion) -> None:
     """Bound how fast the base turns."""
-    rate, velocity = math.inf, robot.base_reference()[1]
+    rate = math.inf
     if not separation.is_alone(view, robot.robot):
-        rate = separation.allowed_turning(view, robot.robot, velocity, robot.turning)
+        rate = separation.allowed_turning(view, robot.robot, robot.base_reference()[1], robot.turning)
     robot.bound_turning(rate)
 
 
 def path_rate(view: View, robot: RobotMotion) -> float:
     """Return the share of its planned velocity at which the base may drive along its path."""
-    if not robot.is_driving:
+    if not robot.is_driving or separation.is_alone(view, robot.robot):
         return 1.0
-    present = robot.base_reference()[1]
-    if separation.is_alone(view, robot.robot):
-        return 1.0
-    return separation.allowed_rate(view, robot.robot, *robot.planned(), present)
+    return separation.allowed_rate(view, robot.robot, *robot.planned(), robot.base_reference()[1])
 
 
 def govern(view: View, robot: RobotMotion, clearance: Clearance, control_timestep: float) -> np.ndarray:

@@ -48,7 +48,11 @@ class Arm:
     def __init__(self, embodiment: Embodiment):
         self.embodiment = embodiment
         self._lock = threading.Lock()
-        self._model = read_spec(embodiment.model).compile()
+        spec = read_spec(embodiment.model)
+        for geom in spec.geoms:
+            if geom.mass == 0:  # what moves has masses of its own, and nothing is to be met or seen here
+                spec.delete(geom)
+        self._model = spec.compile()
         self._configuration = mink.Configuration(self._model)
         self._data = mujoco.MjData(self._model)
         self._pinch = self._data.site("pinch")

@@ -211,8 +211,9 @@ class RobotMotion(BaseMotion):
     def grip(self, width: float) -> None:
         """Set how far each finger stands off the middle."""
         limits, closes = self.robot.limits.gripper, width < self.robot.grasp.open
-        share = _GRIPS if closes and self.may_be_off else 1.0
-        self._gripper.set_limits(dataclasses.replace(limits, velocity=share * limits.velocity))
+        if closes and self.may_be_off:
+            limits = dataclasses.replace(limits, velocity=_GRIPS * limits.velocity)
+        self._gripper.set_limits(limits)
         self._gripper.move_to(width, self.now)
         if not closes and self._turning is not self.robot.limits.yaw:
             self._turn_within(self.robot.limits.yaw)

@@ -55,10 +55,29 @@ def test_without_visuals_the_house_is_smaller_and_everything_moves_exactly_as_wi
     np.testing.assert_array_equal(bare.data.qvel, seen.data.qvel)
 
 
-def test_everything_falls_asleep_at_the_speeds_at_which_it_does_without_visuals():
-    plan = FloorPlan.parse("########\n#B....G#\n#..M.o.#\n#.C....#\n#.S..TB#\n########", "home")
-    seen, bare = (Physics.from_plan(plan, visuals=visuals) for visuals in (True, False))
+@pytest.fixture(scope="module")
+def everything():
+    """A plan with all that can stand, or lie, in a house."""
+    return FloorPlan.parse("########\n#B....G#\n#..M.o.#\n#.C....#\n#.S..TB#\n########", "home")
+
+
+def test_everything_falls_asleep_at_the_speeds_at_which_it_does_without_visuals(everything):
+    seen, bare = (Physics.from_plan(everything, False, visuals=visuals) for visuals in (True, False))  # robots never do
     np.testing.assert_array_equal(bare.model.dof_length, seen.model.dof_length)  # times a turn's speed
+    for thing, metres in (("candle_0", 0.175), ("mug_0", 0.131)):
+        turning = seen.model.joint(f"{thing}/joint").dofadr[0] + np.arange(3, 6)
+        np.testing.assert_allclose(seen.model.dof_length[turning], metres, atol=1e-3)
+
+
+@pytest.mark.parametrize("robot", ["mobile_fr3", "mobile_ur5e"])
+def test_bodies_that_move_and_can_collide_have_only_geoms_that_can(robot, everything):
+    model = Physics.from_plan(everything, robot).model
+    can = (model.geom_contype | model.geom_conaffinity) > 0
+    moves = model.body_weldid[model.geom_bodyid] > 0
+    colliding = np.isin(model.geom_bodyid, model.geom_bodyid[can & moves])
+    names = [model.geom(int(i)).name for i in np.flatnonzero(colliding & ~can)]
+    assert not names
+    assert can[colliding].sum() > 15
 
 
 def test_a_house_with_many_candles_has_sparse_jacobians_and_moves_as_with_dense_ones():
