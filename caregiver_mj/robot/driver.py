@@ -118,17 +118,19 @@ class Driver:
         is_blind = is_blind and abs(math.remainder(heading - view.base[2], math.tau)) > CAMERA_WIDTH / 2
         waits = may_turn and not robot.moving and (is_blind or robot.time_left < robot.turn_left(heading))
         robot.set_rate(0.0 if self._stops or waits else governor.path_rate(view, robot))
-        off = math.dist(goal, view.base[:2])
-        looks_round = yaw is None and view.gaze is not None
-        turn = 0.0 if looks_round else abs(math.remainder(keeps - view.base[2], math.tau))
-        if off < ARRIVED and not robot.moving:
+        moves = robot.moving
+        if not moves and math.dist(goal, view.base[:2]) < ARRIVED:
+            looks_round = yaw is None and view.gaze is not None
+            turn = 0.0 if looks_round else abs(math.remainder(keeps - view.base[2], math.tau))
             # The rest of its turn counts as half a cell at most: a child may interrupt it again and again, and to turn
             # back to somewhere else would take as long. To arrive counts once, for a child may push it off as often.
             is_there = turn < ARRIVED_YAW
             self.patience.note(0.0 if is_there else 0.5 * math.ceil(_TURNS * turn / math.pi) / _TURNS, view.now)
             if is_there:
                 return Status.FAILED if self.patience.is_over(view.now) else Status.DONE
-        on_its_way = robot.moving and self._leads_to(goal)
+        if not self.patience.is_over(view.now):
+            return Status.RUNNING
+        on_its_way = moves and self._leads_to(goal)
         return Status.FAILED if self.patience.is_over(view.now, _LAST_OF_WAY * on_its_way) else Status.RUNNING
 
     def turn(self, view: View, robot: RobotMotion, yaw: float) -> bool:

@@ -143,6 +143,8 @@ class RobotMotion(BaseMotion):
         """Have the base turn no faster than this from now on, rad/s: the child may come near."""
         full, present = self._turning.velocity, self._yaw.limits.velocity
         rate = min(full, max(rate, _LEAST_TURN))
+        if rate == present:  # most of the time
+            return
         # The solver is asked for worthwhile changes only. What slows down goes on doing so until there is room again.
         turns = abs(self.turning[0])
         most = max(present, turns)

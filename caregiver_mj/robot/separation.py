@@ -88,9 +88,10 @@ def is_alone(view: View, robot: Embodiment, apart: float = _SEPARATION + _FAR) -
 @functools.lru_cache(maxsize=1)  # many ask at the same moment
 def _nearest(view: View) -> float:
     """Metres from the base's middle to that of the nearest child, or of one that may be there unseen."""
-    return min(
-        (math.dist(it.position, view.base[:2]) for it in view.children + view.hidden + view.lurking), default=math.inf
-    )
+    nearest = view.child_distance(view.base[:2])
+    for child in view.hidden + view.lurking:
+        nearest = min(nearest, math.dist(child.position, view.base[:2]))
+    return nearest
 
 
 def gap(view: View, robot: Embodiment, unseen: tuple[ChildView, ...] = ()) -> float:
