@@ -8,6 +8,7 @@ import importlib.metadata
 import inspect
 import os
 import sys
+import traceback
 import warnings
 from collections.abc import Iterator, Mapping
 from typing import Any, Generic, TypeVar
@@ -168,7 +169,8 @@ def errors_of(what: str, where: str, but: type[Exception] = CaregiverError) -> I
         raise
     except Exception as error:
         told = f"{type(error).__name__}: {' '.join(str(error).split())}"
-        raise CaregiverError(f"{what} failed {where}: {told}") from error
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        raise CaregiverError(f"{what} failed {where}: {told} ({last.filename}, line {last.lineno})") from error
 
 
 def _check_whole(what: str, found: Any) -> None:

@@ -49,11 +49,12 @@ class Behaviour(abc.ABC):
     """
 
     def __init_subclass__(cls, **options: Any) -> None:
-        """Have the moves looked at that a class of another package chooses, whatever world asks for them."""
+        """Have the answers of a class of another package looked at, whatever world asks for them."""
         super().__init_subclass__(**options)
-        act = cls.__dict__.get("act")
-        if inspect.isfunction(act) and cls.__module__.partition(".")[0] != _OWN:
-            cls.act = _checked(act)  # type: ignore[method-assign]
+        for name in ("act", "epsilons", "reconsider", "next_bin"):
+            method = cls.__dict__.get(name)
+            if inspect.isfunction(method) and cls.__module__.partition(".")[0] != _OWN:
+                setattr(cls, name, _checked(name, method))
 
     def __init__(self, plan: FloorPlan, epsilon: float):
         """Prepare a behaviour for a house, with a share of moves that are random.
@@ -95,19 +96,24 @@ class Behaviour(abc.ABC):
         return pick(draw, len(self.plan.bins))
 
 
-def _checked(act: Callable[..., Any]) -> Callable[..., np.ndarray]:
-    """An `act` that raises CaregiverError unless it answers with moves that there are, (B,)."""
+def _checked(name: str, method: Callable[..., Any]) -> Callable[..., np.ndarray]:
+    """The method of a behaviour that raises CaregiverError unless it answers with moves, bins or shares, (B,)."""
 
-    @functools.wraps(act)
-    def checked(self: Behaviour, sight: Sight, draws: np.ndarray) -> np.ndarray:
-        moves, batch, most = np.asarray(act(self, sight, draws)), len(sight.cell), len(ACTIONS) - 1
-        wrong = moves
-        if moves.shape == (batch,) and np.issubdtype(moves.dtype, np.integer):
-            wrong = moves[(moves < NOTHING) | (moves > most)][:1]
+    @functools.wraps(method)
+    def checked(self: Behaviour, *given: Any, **named: Any) -> np.ndarray:
+        answer, (asked, *_) = np.asarray(method(self, *given, **named)), (*given, *named.values())
+        batch = asked if name == "epsilons" else len(asked.cell if name == "act" else asked)
+        bins = "iu", 0, len(self.plan.bins) - 1  # kinds of NumPy, and from where to where
+        kinds, low, most = {"act": ("iu", NOTHING, len(ACTIONS) - 1), "epsilons": ("iuf", 0, 1)}.get(name, bins)
+        got = repr(answer.tolist())
+        if answer.shape == (batch,) and answer.dtype.kind in kinds:
+            wrong = answer[~((answer >= low) & (answer <= most))]  # also NaN
             if not wrong.size:
-                return moves
+                return answer
+            got = f"{wrong[0]} among them"
         raise CaregiverError(
-            f"{type(self).__name__}.act must answer with {batch} integers, {NOTHING} to {most}, got {wrong.tolist()!r}"
+            f"{type(self).__name__}.{name} must answer with {batch} {'numbers' if 'f' in kinds else 'integers'}, "
+            f"{low} to {most}, got {got}"
         )
 
     return checked
@@ -116,5 +122,5 @@ def _checked(act: Callable[..., Any]) -> Callable[..., np.ndarray]:
 def check_epsilon(epsilon: float) -> float:
     """Return epsilon, or raises CaregiverError unless it lies in [0, 1]."""
     if not isinstance(epsilon, numbers.Real) or not 0.0 <= epsilon <= 1.0:  # also refuses NaN
-        raise CaregiverError(f"epsilon must be in [0, 1], got {epsilon}")
+        raise CaregiverError(f"epsilon must be in [0, 1], got {epsilon!r}")
     return float(epsilon)

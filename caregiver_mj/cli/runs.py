@@ -209,9 +209,24 @@ def _leaderboard(arguments: argparse.Namespace) -> None:
     paths = sorted(pathlib.Path(arguments.folder).glob(f"*{SUFFIX}"))
     if not paths:
         raise CaregiverError(f"'{arguments.folder}' must hold at least 1 FILE{SUFFIX}, got none")
-    submissions = [check_comparable(read_submission(path)) for path in paths]  # likewise
+    submissions, verified, refused = [], [], list[CaregiverError]()
+    for path in paths:  # likewise
+        try:
+            submissions.append(check_comparable(read_submission(path)))
+        except CaregiverError as error:
+            refused.append(error)
     with parsing.make_executor(arguments) as executor:
-        print(board([(submission, _verified(submission, executor)) for submission in submissions]), end="")
+        for submission in submissions:
+            try:
+                verified.append((submission, _verified(submission, executor)))
+            except CaregiverError as error:
+                refused.append(error)
+    if verified:
+        print(board(verified), end="", flush=True)
+    for refusal in refused[:-1]:
+        print(f"caregiver-mj: {refusal}", file=sys.stderr)
+    if refused:  # the others are on the board
+        raise refused[-1]
 
 
 def _verified(submission: Submission, executor: Executor) -> pd.DataFrame:

@@ -183,6 +183,8 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
 
     def render(self) -> tuple[np.ndarray, ...] | None:
         """Return a picture of each world."""
+        if self._paint and not self._is_reset:
+            raise gymnasium.error.ResetNeeded("call reset() before the first picture")
         return tuple(map(self._paint, range(self.num_envs))) if self._paint else None
 
     def _outcome(self) -> dict[str, np.ndarray]:

@@ -46,7 +46,7 @@ class TargetsEnv(gymnasium.Env):
         self.render_mode = "rgb_array" if draw else None
         self.observation_space = observation_space(world.encoder)
         self.action_space = gymnasium.spaces.Discrete(world.encoder.actions)
-        self._runs = False
+        self._runs = self._is_reset = False
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -55,7 +55,7 @@ class TargetsEnv(gymnasium.Env):
         super().reset(seed=seed)
         seed = episode_seed(seed, self.np_random)
         self.world.begin([seed])
-        self._runs = True
+        self._runs = self._is_reset = True
         observation, mask = self._look()
         return observation, {"seed": seed, "action_mask": mask}
 
@@ -74,6 +74,8 @@ class TargetsEnv(gymnasium.Env):
         return observation, 0.0 - cost["damage"], False, self.world.ended, info
 
     def render(self) -> np.ndarray | None:
+        if self._draw and not self._is_reset:
+            raise gymnasium.error.ResetNeeded("call reset() before the first picture")
         return self._draw() if self._draw else None
 
     def close(self) -> None:

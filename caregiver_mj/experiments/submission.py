@@ -20,14 +20,14 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from caregiver_mj.caregivers.answers import unpacked
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.errors import CaregiverError, check_integer, check_kind
 from caregiver_mj.experiments import two_level
 from caregiver_mj.experiments.blocks import MAPS, belongs, run_block, tables_of
 from caregiver_mj.experiments.evaluation import sum_up
 from caregiver_mj.experiments.finished import read_finished
 from caregiver_mj.experiments.provenance import difference, source_digest, versions
 from caregiver_mj.experiments.run_folder import Result, RunFolder, write_whole
-from caregiver_mj.experiments.settings import FLOOR, Block, Settings
+from caregiver_mj.experiments.settings import FLOOR, GRID_BLOCK, Block, Settings
 from caregiver_mj.experiments.workers import Executor
 from caregiver_mj.plans.hazards import KINDS
 
@@ -125,14 +125,22 @@ def read_submission(path: str | os.PathLike[str]) -> Submission:
         if sums != {name: _digest(text) for name, text in texts.items()}:
             raise ValueError("its checksums are not those of its content")
         card, record = json.loads(texts.pop(_CARD)), json.loads(texts.pop(_RUN))
+        for name, content in ((_CARD, card), (_RUN, record)):
+            check_kind(name, content, dict)
         _check_origin(record)
         settings = Settings.of_record(record)
+        check_integer("episodes", settings.episodes, 1)
+        rows = len(settings.plans) * len(settings.caregivers) * len(settings.families) * settings.episodes
+        if rows > len(texts) * (GRID_BLOCK if settings.world == "grid" else 1):
+            raise ValueError(f"it has {len(texts)} files of episodes, too few for {rows:,}")
         blocks = settings.blocks(extended_at=record.get("extended_at", ()))
         results = {block: json.loads(texts.pop(_name(number))) for number, block in enumerate(blocks)}
         whole = (belongs(settings, block, result) and result.keys() == _KEYS for block, result in results.items())
         if texts or not all(whole):
             raise ValueError("its episodes are not those of its settings")
-        return Submission(pathlib.Path(path), {key: str(value) for key, value in card.items()}, settings, results)
+        if not all(isinstance(text, str) for text in card.values()):
+            raise ValueError(f"its card must have texts, got {card}")
+        return Submission(pathlib.Path(path), card, settings, results)
     except CaregiverError as error:
         raise CaregiverError(f"'{path}' cannot be verified: {error}") from None
     except FileNotFoundError:
@@ -229,10 +237,10 @@ def board(verified: Sequence[tuple[Submission, pd.DataFrame]]) -> str:
 def _cells(submission: Submission, caregiver: str, of: pd.DataFrame, none: pd.DataFrame) -> dict[str, str]:
     """Return a row of a track by its columns, of a caregiver's episodes and those in which nobody takes care."""
     settings, acts = submission.settings, caregiver not in ("none", FLOOR)
-    card = [" ".join(submission.card.get(key, "").split()).replace("|", "/") for key in ("title", "authors")]
+    card = [_in_a_cell(submission.card.get(key, "")) for key in ("title", "authors")]
     left = two_level.of_ratio(_by_house(of), _by_house(none))
     interval = f" ({left.low:.3f} to {left.high:.3f})" if caregiver != "none" else ""
-    named = (f"`{caregiver}`", *(card if acts else "––"), f"{left.value:.3f}{interval}")
+    named = (f"`{_in_a_cell(caregiver)}`", *(card if acts else "––"), f"{left.value:.3f}{interval}")
     cells = dict(zip(("caregiver", "of", "by", "damage left"), named, strict=True))
     for family in map(str, settings.families) if len(settings.families) > 1 else ():
         cells[f"epsilon {family}"] = _share(*(those[those.family == family].damage.sum() for those in (of, none)))
@@ -241,6 +249,11 @@ def _cells(submission: Submission, caregiver: str, of: pd.DataFrame, none: pd.Da
     cells["toys kept"] = _share(of.toys_reached.sum(), none.toys_reached.sum())
     cells |= {name.replace("_", " "): f"{of[name].sum():.0f}" for name in _EVENTS if settings.world == "house"}
     return {**cells, "seconds": f"{of.wall_seconds.mean():.2g}" if acts else "–", "episodes": f"{len(of)}"}
+
+
+def _in_a_cell(text: str) -> str:
+    """Return somebody's text without what would mean something in a table of Markdown."""
+    return " ".join(text.split()).replace("|", "/").replace("<", "&lt;")
 
 
 def _share(part: float, whole: float) -> str:

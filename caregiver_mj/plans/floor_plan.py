@@ -372,7 +372,10 @@ def _of_cells(plan: FloorPlan, first_line: int) -> Iterator[str]:
     height, width = plan.shape
     for cell, step in zip(plan.stairwells, plan.stair_directions, strict=True):
         if plan[cell] in _FENCED and (step is None or (cell[0] - step[0], cell[1] - step[1]) not in plan.cell_index):
-            problem = "has no way in: its stairs must go down into a wall opposite to a free cell"
+            problem = (
+                "has no way in: its stairs must go down into a wall opposite to a free cell, with wall on both sides "
+                "of that wall and none but wall behind it"
+            )
             yield _at(plan, first_line, cell, f"this {LEGEND[plan[cell]][0]} ({plan[cell]}) {problem}")
     everywhere = f"in lines {first_line} to {first_line + height - 1}, columns 1 to {width}"
     if not plan.bins:

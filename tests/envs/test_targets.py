@@ -226,3 +226,14 @@ def test_an_unknown_option_is_a_type_error_and_the_house_has_no_batch(world):
     # The house has no batch.
     with pytest.raises(CaregiverError, match="vectorization_mode='sync'"):
         gymnasium.make_vec(NAME, 2, world="house")
+
+
+@pytest.mark.parametrize("options", [{}, {"world": "house"}, {"vector": True}])
+def test_there_is_no_picture_before_the_first_reset(options):
+    how = {"house": PLAN, "render_mode": "rgb_array"}
+    env = gymnasium.make_vec(NAME, 2, **how) if options.get("vector") else make(**options, **how).unwrapped
+    with pytest.raises(gymnasium.error.ResetNeeded, match="before the first picture"):
+        env.render()
+    env.reset(seed=0)
+    assert np.shape(env.render())[-1] == 3
+    env.close()

@@ -117,6 +117,25 @@ def test_a_page_has_the_files_of_a_track_together(packed, folder, capsys):
     assert [both.count(f"| `{name}` |") for name in ("none", "floor", "childproof")] == [1, 1, 2]
 
 
+def test_a_page_has_the_files_that_are_as_they_were_and_says_which_are_not(packed, tmp_path, capsys):
+    (tmp_path / "a.submission").write_bytes(packed.read_bytes())
+    (tmp_path / "b.submission").write_bytes(packed.read_bytes()[:100])
+    parts = parts_of(packed)
+    first(parts)["rows"][0]["damage"] += 1
+    write(tmp_path / "c.submission", parts)
+    assert run("leaderboard", tmp_path) == 2
+    told = capsys.readouterr()
+    assert "| `foresight` | A/B | us |" in told.out
+    lines = told.err.strip().splitlines()
+    assert ["b.submission" in lines[-2], "c.submission" in lines[-1]] == [True, True]
+
+
+def test_what_means_something_in_a_table_is_left_out_of_a_page(packed, folder):
+    submission, episodes = read_submission(packed), pd.read_parquet(folder / "run" / "episodes.parquet")
+    page = board([(submission._replace(card={"title": "<script>", "authors": "a | b"}), episodes)])
+    assert "| &lt;script> | a / b |" in page
+
+
 def test_there_is_no_page_without_a_child_that_is_left_alone(tmp_path, capsys):
     who = ["--caregiver", "random", "--episodes", 1, "--epsilon", 1]
     assert not run("evaluate", "--world", "grid", *who, "--out", tmp_path / "run")
@@ -213,6 +232,11 @@ EDITS = {
     "families": set_run("families", ["1", "0.25"]),
     "caregivers": set_run("caregivers", ["none"]),
     "world": set_run("world", "house"),
+    "episodes without end": set_run("episodes", 10**12),
+    "episodes that are no number": set_run("episodes", "3"),
+    "a run that is none": lambda parts: parts.update({"run.json": [1]}),
+    "a card that is none": lambda parts: parts.update({"card.json": [1]}),
+    "a title that is none": lambda parts: parts["card.json"].update(title=5),
     "source": set_run("source", "0123456789ab"),
     "no settings": lambda parts: parts.pop("run.json"),
     "no episodes": lambda parts: parts.pop("episodes/000001.json"),

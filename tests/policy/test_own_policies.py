@@ -128,6 +128,15 @@ def test_a_policy_of_actions_is_made_for_its_environment_and_told_the_seed():
     assert isinstance(make_policy(env, "nearest"), CaregiverPolicy)
 
 
+def test_a_mistake_in_a_policy_is_told_with_its_place():
+    env = caregiver_mj.load("supervise", TINY, 0.5, random=0, visuals=False)
+    policy = OwnPolicy("mine", lambda env: lambda timestep: {}["nothing"], env)
+    with pytest.raises(
+        CaregiverError, match=r"'mine' failed .*: KeyError: 'nothing' \(.*test_own_policies.py, line \d+\)"
+    ):
+        policy(env.reset())
+
+
 @pytest.mark.parametrize(
     ("world", "name", "words"),
     [

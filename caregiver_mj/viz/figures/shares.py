@@ -212,7 +212,7 @@ def survival(
                 keys["alone" if name == "none" else name] = axes.plot(time, going(chosen, time), **looks[name])[0]
             axes.set(xlim=(0, EPISODE_TIMESTEPS), ylim=(0, 1.04), xticks=range(0, EPISODE_TIMESTEPS + 1, 100))
         figure.supxlabel("timesteps", fontsize=9.5, color=INK)
-        figure.supylabel("share not yet stopped", fontsize=9.5, color=INK)
+        figure.supylabel("not yet stopped", fontsize=9.5, color=INK)
         explain(figure, keys, most=4)
     return figure
 
