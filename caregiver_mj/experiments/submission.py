@@ -130,14 +130,7 @@ def read_submission(path: str | os.PathLike[str]) -> Submission:
         _check_origin(record)
         settings = Settings.of_record(record)
         check_integer("episodes", settings.episodes, 1)
-        rows = len(settings.plans) * len(settings.caregivers) * len(settings.families) * settings.episodes
-        if rows > len(texts) * (GRID_BLOCK if settings.world == "grid" else 1):
-            raise ValueError(f"it has {len(texts)} files of episodes, too few for {rows:,}")
-        blocks = settings.blocks(extended_at=record.get("extended_at", ()))
-        results = {block: json.loads(texts.pop(_name(number))) for number, block in enumerate(blocks)}
-        whole = (belongs(settings, block, result) and result.keys() == _KEYS for block, result in results.items())
-        if texts or not all(whole):
-            raise ValueError("its episodes are not those of its settings")
+        results = _results(settings, record.get("extended_at", ()), texts)
         if not all(isinstance(text, str) for text in card.values()):
             raise ValueError(f"its card must have texts, got {card}")
         return Submission(pathlib.Path(path), card, settings, results)
@@ -148,6 +141,25 @@ def read_submission(path: str | os.PathLike[str]) -> Submission:
     except _UNREADABLE as error:
         what = f"there is no {error} in it" if isinstance(error, KeyError) else " ".join(str(error).split())
         raise CaregiverError(f"'{path}' is no submission, or a damaged one: {what}") from None
+
+
+def _results(settings: Settings, extended_at: Sequence[int], texts: dict[str, str]) -> dict[Block, Result]:
+    """Return what is said to have come of settings, by block, from texts by the name of a file.
+
+    Raises:
+        ValueError: One is missing, or not as it is written, or has nothing to do with that.
+    """
+    rows = len(settings.plans) * len(settings.caregivers) * len(settings.families) * settings.episodes
+    if rows > len(texts) * (GRID_BLOCK if settings.world == "grid" else 1):
+        raise ValueError(f"it has {len(texts)} files of episodes, too few for {rows:,}")
+    results = {}
+    for number, block in enumerate(settings.blocks(extended_at=extended_at)):
+        results[block] = result = json.loads(texts.pop(_name(number)))
+        if not (belongs(settings, block, result) and result.keys() == _KEYS):
+            raise ValueError(f"{_name(number)} must have rows, maps and answers of {block}, as they are written")
+    if texts:
+        raise ValueError(f"it must have nothing but its episodes, got {', '.join(sorted(texts))}")
+    return results
 
 
 def _check_origin(record: Mapping[str, Any]) -> None:
