@@ -210,7 +210,7 @@ def _leaderboard(arguments: argparse.Namespace) -> None:
     if not paths:
         raise CaregiverError(f"'{arguments.folder}' must hold at least 1 FILE{SUFFIX}, got none")
     submissions, verified, refused = [], [], list[CaregiverError]()
-    for path in paths:  # likewise
+    for path in paths:  # all of them first, likewise
         try:
             submissions.append(check_comparable(read_submission(path)))
         except CaregiverError as error:

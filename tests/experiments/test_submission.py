@@ -266,6 +266,25 @@ def test_a_file_that_was_edited_is_not_verified(edit, packed, tmp_path, capsys):
     assert "edited.submission" in capsys.readouterr().err.strip().splitlines()[-1]
 
 
+@pytest.mark.parametrize(
+    ("edit", "words"),
+    [
+        ("a run that is none", "run.json must be"),
+        ("a card that is none", "card.json must be"),
+        ("episodes that are no number", "episodes must be an integer of at least 1, got '3'"),
+        ("episodes without end", "files of episodes, too few for"),
+        ("a column more", "episodes/000001.json must have rows, maps and answers of"),
+        ("episodes more", "it must have nothing but its episodes, got episodes/000099.json"),
+    ],
+)
+def test_what_is_not_as_it_is_written_is_named(edit, words, packed, tmp_path, capsys):
+    parts = parts_of(packed)
+    EDITS[edit](parts)
+    write(tmp_path / "edited.submission", parts)
+    assert run("verify", tmp_path / "edited.submission") == 2
+    assert words in capsys.readouterr().err
+
+
 def test_the_first_difference_is_named(packed, tmp_path, capsys):
     parts = parts_of(packed)
     row = first(parts)["rows"][0]
