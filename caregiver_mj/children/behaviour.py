@@ -105,12 +105,11 @@ def _checked(name: str, method: Callable[..., Any]) -> Callable[..., np.ndarray]
         batch = asked if name == "epsilons" else len(asked.cell if name == "act" else asked)
         bins = "iu", 0, len(self.plan.bins) - 1  # kinds of NumPy, and from where to where
         kinds, low, most = {"act": ("iu", NOTHING, len(ACTIONS) - 1), "epsilons": ("iuf", 0, 1)}.get(name, bins)
-        got = repr(answer.tolist())
-        if answer.shape == (batch,) and answer.dtype.kind in kinds:
-            wrong = answer[~((answer >= low) & (answer <= most))]  # also NaN
-            if not wrong.size:
-                return answer
-            got = f"{wrong[0]} among them"
+        fits = answer.shape == (batch,) and answer.dtype.kind in kinds
+        wrong = answer[~((answer >= low) & (answer <= most))] if fits else answer  # also NaN
+        if fits and not wrong.size:
+            return answer
+        got = f"{wrong[0]} among them" if fits else repr(wrong.tolist())
         raise CaregiverError(
             f"{type(self).__name__}.{name} must answer with {batch} {'numbers' if 'f' in kinds else 'integers'}, "
             f"{low} to {most}, got {got}"

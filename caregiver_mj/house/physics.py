@@ -64,7 +64,7 @@ class Physics(OffscreenRendering, engine.Physics):
         model = spec.compile()
         for number in map(model.numeric, range(model.nnumeric)):
             thing, _, field = number.name.rpartition("/")
-            if field == "dof_length":  # of its turning
+            if field == "dof_length":  # how still it must be, as it turns, to fall asleep: its model says so
                 first = model.joint(f"{thing}/joint").dofadr[0] + 3
                 model.dof_length[first : first + 3] = number.data
         if model.nv > _DENSE:
