@@ -85,11 +85,11 @@ def page(rows: pd.DataFrame, targets: dict[str, pd.DataFrame], stairs: dict[str,
             "MaskablePPO on the target level of the grid: every novice timestep the policy chooses a stairwell, a "
             f"candle, or nothing. {len(targets)} seeds, each of at least {steps:,} timesteps ({used} core-minutes) "
             "in the houses of `train-100`, five at a time, with novices of epsilon .75, .5 and .25. There are slots "
-            "for four stairwells and five candles, as many as any generated house has. Of each hazard it sees "
-            "how near it is to the child, now and at the last three timesteps, and to the robot, what it costs, and "
-            "whether it is held or under way. One small network looks at every hazard in turn, so the order of "
-            "the slots does not matter. It sees neither walls nor bins, so it cannot tell where the child is heading "
-            "as `foresight` does."
+            "for four stairwells and five candles, as many as any house of `train-100` and `test-100` has. Of each "
+            "hazard it sees how near it is to the child, now and at the last three timesteps, and to the robot, what "
+            "it costs, and whether it is held or under way. One small network looks at every hazard in turn, so the "
+            "order of the slots does not matter. It sees neither walls nor bins, so it cannot tell where the child is "
+            "heading as `foresight` does."
         ),
         fill(
             f"Damage left, in {houses} houses that it has not seen (`test-{houses}`), {episodes} episodes of each "

@@ -1,6 +1,6 @@
 """Train the learned caregiver: DAgger, with `foresight` as the teacher, in the batched grid.
 
-    python scripts/train.py --out runs/learned                  # 42 minutes on one core
+    python scripts/train.py --out runs/learned                  # 42 minutes on one core, 55 at most (--minutes)
     python scripts/train.py --out runs/learned --minutes 2      # to see it work
     python scripts/train.py --out runs/learned --resume
     python scripts/train.py --out runs/learned --judge          # beside the rule and foresight, in houses kept back
@@ -487,7 +487,7 @@ def main(arguments: list[str] | None = None) -> None:
             nets, who = [run.train(pool, progress)], ["rule", "learned"]
             _save(given.out / WEIGHTS, {name: value.astype(np.float16) for name, value in nets[0].items()})
             console.print(
-                f"{given.out / WEIGHTS}: set `LearnedCaregiver.net` to it, or put it into caregiver_mj/caregivers"
+                f"{given.out / WEIGHTS}: how to have it decide is in docs/guide/training.md, A learned caregiver"
             )
             if run.left() < 0.05 * 60 * given.minutes:
                 return

@@ -88,7 +88,7 @@ def load(
 
     Args:
         task: One of `ALL_TASKS`.
-        house: A floor plan, the name of one that comes with the package, or a path of one.
+        house: A floor plan, its name, as that of a house of the package or `house-17`, or a path of one.
         epsilon: Share of the novice's moves that are random, in [0, 1]. For several children that of each, as in
             "1,.25", or a `Family`, or a list of children.
         random: Source of all randomness, or a seed for one; None for a fresh one.
@@ -97,7 +97,8 @@ def load(
         environment_kwargs: Further arguments of `dm_control.rl.control.Environment`.
         visuals: Whether the house has what is only to be seen. Without it rendering is a `RenderingError`,
             episodes are the same, and they run faster.
-        sight: Which children and things observations show: `all`, or `walls`, those that are seen from the robot.
+        sight: Which children and things observations show: `all`, or those that are seen from the robot, as `Sight.of`
+            takes it.
 
     Returns:
         A `dm_env.Environment`.

@@ -11,6 +11,7 @@ from caregiver_mj.envs.houses_vector import GridHousesVector
 from caregiver_mj.envs.target_grid import GridTargetsVector
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.evaluation import evaluate
+from caregiver_mj.experiments.finished import pool_runs
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.grid.world import GridWorld, run_episodes
 from caregiver_mj.interventions.verb import Intervention, Interventions
@@ -152,13 +153,26 @@ ODD = {
         (lambda: GridWorld("paper", 0.5, None), "house must be a FloorPlan, .* FloorPlan.load makes one"),
         (lambda: GridWorld(TINY, 0.5, "paper"), "must be a Caregiver or None, .* make_caregiver makes one"),
         (lambda: run([]), "at least 1 episode"),
-        (lambda: GridWorld(TINY, 0.5, None).move_children(), "no episode has begun: call reset"),
-        (move_after_the_end, "no episode has begun: call reset"),
+        (lambda: GridWorld(TINY, 0.5, None).move_children(), "no episode has begun, or it is over: call reset"),
+        (move_after_the_end, "no episode has begun, or it is over: call reset"),
+        *(
+            (
+                lambda n=n: GridWorld(TINY, 0.5, None, caregiver_actions=n),
+                "caregiver_actions must be an integer of at least 1",
+            )
+            for n in (0, -1, 2.5)
+        ),
         (lambda: run(ONE, "1,1"), "tapes must be 2 in each"),
         (lambda: run_episodes(TINY, 0.5, None, [-1]), "seed of an episode must be an integer from 0"),
         (
             lambda: GridWorld(TINY, 0.5, make_caregiver("paper", caregiver_mj.FloorPlan.load("paper"))),
             "PaperCaregiver must be made for house 'tiny', got one for 'paper'",
+        ),
+        (
+            lambda: GridWorld(
+                caregiver_mj.FloorPlan.parse(TEXT, "tiny", damage="1:9:1"), 0.5, make_caregiver("paper", TINY)
+            ),
+            "must be made for house 'tiny', got one for 'tiny' of other cells or damage",
         ),
     ],
     "run": [
@@ -167,6 +181,9 @@ ODD = {
         *((lambda s=s: settings(seed=s), "seed must be an integer of at least 0") for s in ("a", 0.5, -1)),
         (lambda: evaluate(Settings(TINY, "grid", episodes=1), jobs="a"), "jobs must be an integer of at least 1"),
         (lambda: write_report([]), "at least 1 run"),
+        (lambda: pool_runs([], "nowhere"), "at least 2, got 0"),
+        (lambda: Settings(()).plan, "houses must be 1, got 0"),
+        (lambda: evaluate(Settings(TINY, "grid", episodes=1), "DIR"), "folder must be a RunFolder or None, got"),
     ],
     "environment": [
         *((lambda a=a: act(a), "an action must be an integer from 0 to 2") for a in (99, -1, "a")),
@@ -175,6 +192,7 @@ ODD = {
         (lambda: GridHousesVector([TINY], 0), "num_envs must be an integer from 1 to 100000, got"),
         (lambda: GridTargetsVector(1, house=TINY, slots=(2, 1001)), "slots must be at most 1,000 of a kind, got"),
         (lambda: GridHousesVector([]), "houses must be at least 1"),
+        (lambda: GridHousesVector([TINY], 2, render_mode="rgb_array"), "render_mode must be None"),
         *((lambda a=a: act(a), "an action must be one integer, got") for a in (np.array([1]), [1, 2])),
         (lambda: step_vector(np.zeros((3, 1), int)), "actions must be 3 integers, one for each episode"),
         (lambda: step_vector(np.zeros(3, int), 3.5), "the seed must be an integer, or one for each of 3"),

@@ -86,7 +86,8 @@ class TargetPolicy(CommandedCaregiver, abc.ABC):
             masks: Which actions do something, bool (B, actions). One that does not counts as 0.
 
         Returns:
-            Actions (B,): 0 for nothing, else 1 plus the number of a slot, first the stairwells, then the candles.
+            Actions (B,): 0 for nothing, else 1 plus the number of a slot: first the stairwells, then what is carried,
+            then what lies on the floor.
         """
 
     def watch(self, percept: Percept) -> None:

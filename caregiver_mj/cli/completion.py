@@ -17,7 +17,7 @@ from caregiver_mj.tasks import TASKS
 from caregiver_mj.viz import CAMERAS
 
 SHELLS = ("bash", "zsh")
-_FILES = ("answers", "folders", "out", "still", "video")  # arguments that name files or folders
+_FILES = ("answers", "first", "folders", "out", "second", "still", "video")  # arguments that name files or folders
 
 # For a house, which may be a file as well: names, and files.
 _HOUSE = "_caregiver_mj_houses"

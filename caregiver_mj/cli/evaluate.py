@@ -49,12 +49,16 @@ def add_evaluate(command: argparse.ArgumentParser) -> None:
     parsing.add_embodiment(command)
     parsing.add_sight(command)
     command.add_argument("--base-url", metavar="URL", help="where chat:MODEL is; its key is in OPENAI_API_KEY")
-    command.add_argument("--max-calls", type=int, metavar="N", help="of models and servers; then they abstain")
-    command.add_argument("--max-tokens", type=int, metavar="N", help="tokens of models in all; then they abstain")
     command.add_argument(
-        "--thinking", choices=(remote.WAITS, remote.REAL_TIME), help="whether time waits for their answers, or goes on"
+        "--max-calls", type=int, metavar="N", help="of models and servers, in a process; then they abstain"
     )
-    command.add_argument("--frames", action="store_true", help="they get pictures of the house, too")
+    command.add_argument("--max-tokens", type=int, metavar="N", help="of models, in a process; then they abstain")
+    command.add_argument(
+        "--thinking",
+        choices=(remote.WAITS, remote.REAL_TIME),
+        help="whether time waits until models and servers answer (default), or goes on",
+    )
+    command.add_argument("--frames", action="store_true", help="models and servers get pictures of the house, too")
     command.add_argument(
         "--episodes", type=int, default=20, metavar="N", help="number of episodes for each caregiver and epsilon"
     )

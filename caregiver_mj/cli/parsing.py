@@ -224,7 +224,8 @@ def read_answers(arguments: argparse.Namespace) -> tuple[str, ...]:
 
 def warn_of_no_room(plan: FloorPlan) -> None:
     """Write a line to standard error if the robot cannot do all of its work in a house."""
-    if not is_drivable(plan):
+    alone = not plan.landings and len(plan.starts) < 2  # a child and the robot start in cells of their own
+    if alone or not is_drivable(plan):
         print(f"{PROGRAM}: warning: the robot has no room to get to all that it needs in {plan.name}", file=sys.stderr)
 
 

@@ -64,7 +64,8 @@ def add_report(command: argparse.ArgumentParser) -> None:
 def add_compare(command: argparse.ArgumentParser) -> None:
     """Add the options of `compare`."""
     command.set_defaults(run=_compare)
-    command.add_argument("folders", nargs=2, metavar="DIR", help="folder of a run")
+    for name in ("first", "second"):
+        command.add_argument(name, metavar=name.upper(), help=f"folder of the {name} run")
     command.add_argument(
         "--caregiver",
         nargs="+",
@@ -118,10 +119,11 @@ def _report(arguments: argparse.Namespace) -> None:
 def _compare(arguments: argparse.Namespace) -> None:
     from caregiver_mj.experiments.finished import compare_runs, read_finished  # need pandas, a second to import
 
-    first, second = (read_finished(folder) for folder in arguments.folders)
+    folders = [arguments.first, arguments.second]
+    first, second = map(read_finished, folders)
     found = compare_runs(first, second, arguments.caregiver)
     console = output(arguments.json)
-    print_comparison(found, arguments.folders, console)
+    print_comparison(found, folders, console)
     for key, values in found["settings"].items():
         ours, theirs = (_told(*pair) for pair in (values, values[::-1]))
         console.print(f"not the same: {key}, {ours} and {theirs}", markup=False, highlight=False)
@@ -174,8 +176,6 @@ def _where(row: dict[str, Any]) -> str:
 def _pool(arguments: argparse.Namespace) -> None:
     from caregiver_mj.experiments.finished import pool_runs, read_finished  # need pandas, a second to import
 
-    if len(arguments.folders) < 2:
-        raise CaregiverError(f"runs to be pooled must be at least 2, got {len(arguments.folders)}")
     summary = pool_runs([read_finished(folder) for folder in arguments.folders], arguments.out)
     console = output(arguments.json)
     print_table(summary, console)

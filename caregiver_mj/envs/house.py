@@ -70,7 +70,8 @@ class HouseEnv(gymnasium.Env):
         """
         check_render_mode(render_mode)
         self.render_mode = render_mode
-        self.dm_env = load(task, house, epsilon, task_kwargs=task_kwargs, visuals=render_mode is not None)
+        kwargs = {"random": 0, **(task_kwargs or {})}  # what the house itself is drawn from: see `reset` of episodes
+        self.dm_env = load(task, house, epsilon, task_kwargs=kwargs, visuals=render_mode is not None)
         self._picture = {} if render_mode is None else picture(self.dm_env.physics, width, height, camera)
         self.metadata = self.metadata | {"render_fps": round(1 / self.dm_env.control_timestep())}
         self._observe = BoundedObservations(self.dm_env, observation)
@@ -83,7 +84,7 @@ class HouseEnv(gymnasium.Env):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observations, dict[str, Any]]:
-        """Begin the episode of a seed, which is that of `evaluate` and `render`; without one it draws a seed."""
+        """Begin the episode with that seed in the column `seed` of `evaluate`; without one it draws a seed."""
         super().reset(seed=seed)
         seed = episode_seed(seed, self.np_random)
         self.dm_env.task.reseed(seed)

@@ -52,7 +52,8 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
             at_once: How many houses they are in, each a different one, drawn anew with every episode; 8, or all of
                 fewer, if None.
             families: The children, several of what `Family.of` takes, with as many children in each.
-            options: Further arguments of `GridTargetsVector`; `slots` and `shape` are what the houses need if left out.
+            options: Further arguments of `GridTargetsVector`, but for pictures; `slots` and `shape` are what the houses
+                need if left out.
 
         Raises:
             CaregiverError: The episodes cannot be shared out, there are too few houses, or not as many children in each
@@ -74,6 +75,10 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
             raise CaregiverError(
                 f"num_envs must be a multiple of {at_once} houses at once x {len(self._families)} families, "
                 f"got {num_envs}"
+            )
+        if options.get("render_mode") is not None:
+            raise CaregiverError(
+                f"render_mode must be None, for there are several houses, got {options['render_mode']!r}"
             )
         shape = tuple(map(max, zip(*(plan.shape for plan in self.plans), strict=True)))
         given = {key: value for key, value in options.items() if value is not None}

@@ -42,7 +42,8 @@ class TargetHouse:
         **options: Any,
     ):
         """Make it; the options are further arguments of `Encoder`."""
-        self.dm_env = load("supervise", house, epsilon, task_kwargs=task_kwargs, visuals=visuals)
+        kwargs = {"random": 0, **(task_kwargs or {})}  # what the house itself is drawn from, as in `HouseEnv`
+        self.dm_env = load("supervise", house, epsilon, task_kwargs=kwargs, visuals=visuals)
         task = self.dm_env.task
         self.caregiver = CommandedCaregiver(task.plan)
         self.policy = CaregiverPolicy(self.dm_env, self.caregiver)

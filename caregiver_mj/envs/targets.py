@@ -27,8 +27,9 @@ class TargetsEnv(gymnasium.Env):
     """One episode of targets. Each step is a novice timestep, decided on once it is clear where the children go.
 
     Action 0 is to protect them from nothing, which means to keep out of the way; the others are the hazards, first the
-    stairwells, then the candles. One that the caregiver can do nothing about counts as 0; with a candle in the hand it
-    is put down first, whatever the action. `info["action_mask"]` has which actions do something.
+    stairwells, then what is carried, then what lies on the floor. One that the caregiver can do nothing about counts as
+    0; with a candle in the hand it is put down first, whatever the action. `info["action_mask"]` has which actions do
+    something.
 
     The reward is the damage to the children since the last step, negative: the return of an episode is minus the
     `damage` of the tables. That of their first moves, which nobody could prevent, is in the first step. `info` has
@@ -51,7 +52,7 @@ class TargetsEnv(gymnasium.Env):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observations, dict[str, Any]]:
-        """Begin the episode of a seed, which is that of `evaluate` and `render`; without one it draws a seed."""
+        """Begin the episode with that seed in the column `seed` of `evaluate`; without one it draws a seed."""
         super().reset(seed=seed)
         seed = episode_seed(seed, self.np_random)
         self.world.begin([seed])

@@ -13,6 +13,8 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from caregiver_mj.caregivers.registry import check_acts_alone
+from caregiver_mj.children.behaviour import Behaviour
+from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.experiments.blocks import Tables, belongs, put_together, run_block, tables_of, try_all
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import GRID_BLOCK, Block, Settings
@@ -64,6 +66,9 @@ def evaluate(
         CaregiverError: The settings are wrong, a worker failed, or a result could not be written.
     """
     settings.check()
+    check_kind("folder", folder, RunFolder, type(None))
+    if folder and any(isinstance(child, Behaviour) for family in settings.families for child in family.children):
+        raise CaregiverError("children of a run in a folder must be given by name, such as module:object")
     try_all(settings)
     executor = executor or LocalExecutor(jobs)
     blocks = settings.blocks(grid_block, folder.extended_at if folder else ())

@@ -32,7 +32,7 @@ _FILES = {  # of a finished run, and what to say where one is not there
     "run.json": "'{}' holds no run: `caregiver-mj evaluate --out DIR` makes one",
     "summary.json": "the run in '{}' is not finished: go on with `caregiver-mj evaluate --resume`",
     "episodes.parquet": f"the run in '{{}}' has no episodes.parquet: {_ANEW}",
-    "maps.parquet": "the run in '{}' has no maps.parquet, as runs of an older version: run it again",
+    "maps.parquet": "the run in '{}' has no maps.parquet: run it again",
 }
 _NOT_SETTINGS = ("epsilons", "extended_at", "file", "houses")  # follow from others, or nothing depends on them
 
@@ -192,6 +192,8 @@ def pool_runs(runs: Sequence[Finished], out: str | os.PathLike[str]) -> dict[str
     """
     if os.path.exists(os.path.join(out, "run.json")):
         raise CaregiverError(f"the output folder must hold no run, got '{out}': take another folder")
+    if len(runs) < 2:
+        raise CaregiverError(f"runs to be pooled must be at least 2, got {len(runs)}")
     first, *others = runs
     for other in others:
         both = _in_any_order(first.record), _in_any_order(other.record)
@@ -240,12 +242,14 @@ def compare_runs(first: Finished, second: Finished, caregivers: Sequence[str] = 
             f"runs to compare must be of one world, got {ours.world} and {theirs.world}: `report` shows both"
         )
     for name in ours.plan_of.keys() & theirs.plan_of.keys():
-        if ours.plan_of[name].rows != theirs.plan_of[name].rows:
+        one, other = ours.plan_of[name], theirs.plan_of[name]
+        if (one.rows, one.cell_size) != (other.rows, other.cell_size):
             raise CaregiverError(f"house '{name}' must be the same in both runs, got two floor plans")
     rows = []
     for pair in _pairs(ours.caregivers, theirs.caregivers, caregivers):
         ours_, theirs_ = (
-            run.episodes[run.episodes.caregiver == name] for run, name in zip((first, second), pair, strict=True)
+            run.episodes[run.episodes.caregiver == name].drop_duplicates(_PAIR)  # two of one seed are the same
+            for run, name in zip((first, second), pair, strict=True)
         )
         # Where runs were pooled, episodes have other numbers than where they were not.
         theirs_ = theirs_.drop(columns="episode").merge(ours_[[*_PAIR, "episode"]])

@@ -52,22 +52,22 @@ class Estimate(NamedTuple, Generic[Value]):
         return Estimate(*(float(np.asarray(part)[i]) for part in self))
 
 
-def of_mean(data: np.ndarray, confidence: float = CONFIDENCE, least: float = -np.inf) -> Estimate[Any]:
-    """Return the mean of a sample (n,), or of several, (n, columns), with an interval for a confidence.
+def of_mean(data: np.ndarray, least: float = -np.inf) -> Estimate[Any]:
+    """Return the mean of a sample (n,), or of several, (n, columns), with its interval.
 
     A sample whose units are all the same has one without width. No unit, and so no mean, can be below `least`.
     """
     columns = _columns(data)
-    low, high = _bounds(columns, np.ones_like(columns), confidence)
+    low, high = _bounds(columns, np.ones_like(columns))
     return _shaped(columns.mean(axis=1), np.maximum(low, least), high, np.ndim(data))
 
 
-def of_difference(ours: np.ndarray, theirs: np.ndarray, confidence: float = CONFIDENCE) -> Estimate[Any]:
+def of_difference(ours: np.ndarray, theirs: np.ndarray) -> Estimate[Any]:
     """Return the mean of ours less theirs, over paired samples (n,) or (n, columns)."""
-    return of_mean(np.asarray(ours, float) - theirs, confidence)
+    return of_mean(np.asarray(ours, float) - theirs)
 
 
-def of_ratio(ours: np.ndarray, theirs: np.ndarray, confidence: float = CONFIDENCE) -> Estimate[Any]:
+def of_ratio(ours: np.ndarray, theirs: np.ndarray) -> Estimate[Any]:
     """Return the mean of ours over that of theirs, such as damage left, over paired samples (n,) or (n, columns).
 
     Where theirs are all zero there is no ratio. Where ours are, the ratio is 0 and has no upper bound. Where all pairs
@@ -81,7 +81,7 @@ def of_ratio(ours: np.ndarray, theirs: np.ndarray, confidence: float = CONFIDENC
         raise ValueError(f"quantities of a ratio of means must be at least 0, got {least}")
     x, y = below.mean(axis=1), above.mean(axis=1)
     value = np.divide(y, x, out=np.full_like(x, np.nan), where=x > 0)
-    low, high = _bounds(above, below, confidence)
+    low, high = _bounds(above, below)
     telling = ((above > 0) | (below > 0)).sum(axis=1)
     nothing = (low == high) & ((y == 0) | (telling < TELLING))
     low, high = np.where(nothing, -np.inf, low), np.where(nothing, np.inf, high)
@@ -90,7 +90,7 @@ def of_ratio(ours: np.ndarray, theirs: np.ndarray, confidence: float = CONFIDENC
     return _shaped(value, low, high, np.ndim(ours))
 
 
-def _bounds(above: np.ndarray, below: np.ndarray, confidence: float) -> tuple[np.ndarray, np.ndarray]:
+def _bounds(above: np.ndarray, below: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the ends of the intervals of ratios of means; samples are (columns, n)."""
     size = above.shape[1]
     x, y = below.mean(axis=1), above.mean(axis=1)
@@ -107,7 +107,7 @@ def _bounds(above: np.ndarray, below: np.ndarray, confidence: float) -> tuple[np
         some = slice(first, first + width)
         e = errors[some]
         t = [pivots(e @ part.T, e**2 @ part.T, size, scale[some, None]) for part in shares(size)]
-        limits = quantiles(np.concatenate(t, axis=1), confidence)
+        limits = quantiles(np.concatenate(t, axis=1))
         low[some], high[some] = solve(above[some], below[some], *limits)
     return np.where(same, ratio, low), np.where(same, ratio, high)
 
@@ -172,10 +172,10 @@ def pivots(mean: np.ndarray, square: np.ndarray, size: int | np.ndarray, scale: 
     return t
 
 
-def quantiles(t: np.ndarray, confidence: float = CONFIDENCE) -> tuple[np.ndarray, np.ndarray]:
-    """Return the two between which t lies with a confidence, (columns,) each; what tells nothing is beyond both."""
+def quantiles(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the two between which t lies with `CONFIDENCE`, (columns,) each; what tells nothing is beyond both."""
     count = t.shape[-1]
-    tail = max(1, round((count + 1) * (1 - confidence) / 2))
+    tail = max(1, round((count + 1) * (1 - CONFIDENCE) / 2))
     if np.isnan(t).any():
         low = np.partition(np.where(np.isnan(t), -np.inf, t), tail - 1)[..., tail - 1]
         return low, np.partition(np.where(np.isnan(t), np.inf, t), count - tail)[..., count - tail]

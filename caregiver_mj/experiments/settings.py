@@ -6,13 +6,15 @@ import dataclasses
 import functools
 import itertools
 from collections.abc import Sequence
+from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
 
 from caregiver_mj.caregivers.foresight import child_model
 from caregiver_mj.caregivers.registry import CAREGIVERS, find_caregiver, is_caregiver, needs_pictures
-from caregiver_mj.children.family import Family
+from caregiver_mj.children.behaviour import Behaviour
+from caregiver_mj.children.family import ChildSpec, Family
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.errors import CaregiverError, check_integer, check_kind
 from caregiver_mj.experiments.provenance import origins, source_digest, versions
@@ -34,7 +36,7 @@ class Settings:
     """What to evaluate.
 
     Attributes:
-        plans: The houses, with what a collision costs; or a single one.
+        plans: The houses, with what a collision costs; or a single one, as also of caregivers and families.
         world: "house", the physical one, or "grid".
         caregivers: Names of caregivers, or of policies, as `find_caregiver` takes them; and FLOOR, which stands for the
             damage that remains when nothing but bare tables is left. It is a child's alone, and so reckoned
@@ -60,11 +62,14 @@ class Settings:
     sight: str = "all"
 
     def __post_init__(self) -> None:
+        alone = isinstance(self.families, (str, Real, Family, ChildSpec, Behaviour))
+        counts = {name: getattr(self, name) for name in ("episodes", "seed")}
         vars(self).update(
             plans=(self.plans,) if isinstance(self.plans, FloorPlan) else tuple(self.plans),
-            caregivers=tuple(self.caregivers),
-            families=tuple(map(Family.of, self.families)),
+            caregivers=(self.caregivers,) if isinstance(self.caregivers, str) else tuple(self.caregivers),
+            families=tuple(map(Family.of, (self.families,) if alone else self.families)),
             sight=str(Sight.of(self.sight)),
+            **{name: int(count) if isinstance(count, Integral) else count for name, count in counts.items()},
         )
 
     @classmethod
@@ -91,7 +96,7 @@ class Settings:
         Raises:
             CaregiverError: There are several.
         """
-        if len(self.plans) > 1:
+        if len(self.plans) != 1:
             raise CaregiverError(f"houses must be 1, got {len(self.plans)}")
         return self.plans[0]
 

@@ -126,7 +126,7 @@ def _shares(ours: Sample, theirs: Sample, *, acts: bool) -> dict[str, Any]:
         row["damage_equivalence"] = verdicts.equivalent(*damage, verdicts.MARGINS["damage"], found.column(0)).value
         row["damage_equivalence_p"] = _number(verdicts.margin_p(*damage, verdicts.MARGINS["damage"], both=True))
     row |= _columns("toys_reached_left", found.column(1))
-    kept = verdicts.not_inferior(*toys, verdicts.MARGINS["toys_reached"], more_is_better=True, ratio=found.column(1))
+    kept = verdicts.not_inferior(*toys, verdicts.MARGINS["toys_reached"], found.column(1))
     p = _number(verdicts.margin_p(*toys, verdicts.MARGINS["toys_reached"]))
     return row | {"toys_reached_not_inferior": kept.value, "toys_reached_not_inferior_p": p}
 

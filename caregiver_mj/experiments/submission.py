@@ -10,10 +10,10 @@ import functools
 import hashlib
 import io
 import json
+import math
 import os
 import pathlib
 import zipfile
-import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -27,7 +27,7 @@ from caregiver_mj.experiments.evaluation import sum_up
 from caregiver_mj.experiments.finished import read_finished
 from caregiver_mj.experiments.provenance import difference, source_digest, versions
 from caregiver_mj.experiments.run_folder import Result, RunFolder, write_whole
-from caregiver_mj.experiments.settings import FLOOR, GRID_BLOCK, Block, Settings
+from caregiver_mj.experiments.settings import FLOOR, GRID_BLOCK, WORLDS, Block, Settings
 from caregiver_mj.experiments.workers import Executor
 from caregiver_mj.plans.hazards import KINDS
 
@@ -42,7 +42,6 @@ _HEAD = """# Leaderboard
 Every row has come back, bit for bit, from its file, but for the seconds an episode, which its author's machine took.
 Damage left: over that of `none`, with a 95 % interval over houses; also at each epsilon, and by kind of hazard, of all
 damage of `none`. Toys kept: over those that children reach with `none`."""
-_UNREADABLE = (ValueError, KeyError, TypeError, AttributeError, OSError, EOFError, zipfile.BadZipFile, zlib.error)
 
 
 class Submission(NamedTuple):
@@ -130,6 +129,9 @@ def read_submission(path: str | os.PathLike[str]) -> Submission:
         _check_origin(record)
         settings = Settings.of_record(record)
         check_integer("episodes", settings.episodes, 1)
+        check_integer("the seed", settings.seed, 0)
+        if settings.world not in WORLDS:
+            raise ValueError(f"there is no world '{settings.world}'")
         results = _results(settings, record.get("extended_at", ()), texts)
         if not all(isinstance(text, str) for text in card.values()):
             raise ValueError(f"its card must have texts, got {card}")
@@ -138,7 +140,7 @@ def read_submission(path: str | os.PathLike[str]) -> Submission:
         raise CaregiverError(f"'{path}' cannot be verified: {error}") from None
     except FileNotFoundError:
         raise CaregiverError(f"there is no file '{path}'") from None
-    except _UNREADABLE as error:
+    except Exception as error:  # a file from anybody: deeply nested, encrypted, packed in other ways
         what = f"there is no {error} in it" if isinstance(error, KeyError) else " ".join(str(error).split())
         raise CaregiverError(f"'{path}' is no submission, or a damaged one: {what}") from None
 
@@ -150,8 +152,12 @@ def _results(settings: Settings, extended_at: Sequence[int], texts: dict[str, st
         ValueError: One is missing, or not as it is written, or has nothing to do with that.
     """
     rows = len(settings.plans) * len(settings.caregivers) * len(settings.families) * settings.episodes
+    if rows < 1:
+        raise ValueError("it has no house, no caregiver or no child")
     if rows > len(texts) * (GRID_BLOCK if settings.world == "grid" else 1):
         raise ValueError(f"it has {len(texts)} files of episodes, too few for {rows:,}")
+    if [*extended_at] != sorted({*extended_at} & {*range(1, settings.episodes)}):
+        raise ValueError(f"extended_at must be rising numbers of its episodes, got {extended_at}")
     results = {}
     for number, block in enumerate(settings.blocks(extended_at=extended_at)):
         results[block] = result = json.loads(texts.pop(_name(number)))
@@ -227,10 +233,10 @@ def board(verified: Sequence[tuple[Submission, pd.DataFrame]]) -> str:
     tracks: dict[str, list[dict[str, str]]] = {}
     for submission, episodes in verified:
         settings, by = submission.settings, dict(tuple(episodes.groupby("caregiver")))
-        plans = _digest("\n\n".join(plan.text for plan in settings.plans))[:8]
+        plans = _digest("\n\n".join(f"{plan.cell_size:g}\n{plan.text}" for plan in settings.plans))[:8]
         world = settings.world if settings.world == "grid" else f"house, {settings.embodiment}"
         track = (
-            f"{world}, {settings.place}, {len(settings.plans)} houses (sha256 {plans}), damage "
+            f"{world}, {_in_a_cell(settings.place)}, {len(settings.plans)} houses (sha256 {plans}), damage "
             f"{settings.plans[0].damage}, sight {settings.sight}, epsilon {', '.join(map(str, settings.families))}, "
             f"seed {settings.seed}, source {source_digest(settings.world)}"
         )
@@ -240,7 +246,7 @@ def board(verified: Sequence[tuple[Submission, pd.DataFrame]]) -> str:
             rows += [cells] if cells not in rows else []  # what is nobody's is the same in every file
     parts = [_HEAD]
     for track, rows in tracks.items():
-        rows.sort(key=lambda cells: float(cells["damage left"].split()[0]))
+        rows.sort(key=lambda cells: float(cells["damage left"].split()[0].replace("–", "inf")))
         lines = [[*rows[0]], ["---"] * 3 + ["---:"] * (len(rows[0]) - 3), *(list(cells.values()) for cells in rows)]
         parts += [f"## {track}", "\n".join(f"| {' | '.join(cells)} |" for cells in lines)]
     return "\n\n".join(parts) + "\n"
@@ -251,8 +257,9 @@ def _cells(submission: Submission, caregiver: str, of: pd.DataFrame, none: pd.Da
     settings, acts = submission.settings, caregiver not in ("none", FLOOR)
     card = [_in_a_cell(submission.card.get(key, "")) for key in ("title", "authors")]
     left = two_level.of_ratio(_by_house(of), _by_house(none))
-    interval = f" ({left.low:.3f} to {left.high:.3f})" if caregiver != "none" else ""
-    named = (f"`{_in_a_cell(caregiver)}`", *(card if acts else "––"), f"{left.value:.3f}{interval}")
+    interval = f" ({left.low:.3f} to {left.high:.3f})" if caregiver != "none" and math.isfinite(left.high) else ""
+    share = "–" if math.isnan(left.value) else f"{left.value:.3f}{interval}"  # of no damage at all
+    named = (f"`{_in_a_cell(caregiver)}`", *(card if acts else "––"), share)
     cells = dict(zip(("caregiver", "of", "by", "damage left"), named, strict=True))
     for family in map(str, settings.families) if len(settings.families) > 1 else ():
         cells[f"epsilon {family}"] = _share(*(those[those.family == family].damage.sum() for those in (of, none)))

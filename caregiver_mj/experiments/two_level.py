@@ -28,33 +28,33 @@ def house_means(houses: Houses) -> np.ndarray:
     return np.stack([np.mean(house, axis=0, dtype=float) for house in houses])
 
 
-def of_mean(houses: Houses, confidence: float = intervals.CONFIDENCE, least: float = -np.inf) -> Estimate[Any]:
+def of_mean(houses: Houses, least: float = -np.inf) -> Estimate[Any]:
     """Return the mean over houses; see `intervals.of_mean`."""
 
     def one(bank: np.ndarray) -> Estimate[float]:
-        found = _interval(bank[0], np.ones(bank.shape[1]), _again(bank) - bank[0].mean(), confidence)
+        found = _interval(bank[0], np.ones(bank.shape[1]), _again(bank) - bank[0].mean())
         return found._replace(low=max(found.low, least))
 
     return _each(one, _bank(houses), houses)
 
 
-def of_difference(ours: Houses, theirs: Houses, confidence: float = intervals.CONFIDENCE) -> Estimate[Any]:
+def of_difference(ours: Houses, theirs: Houses) -> Estimate[Any]:
     """Return the mean over houses of ours less theirs; see `intervals.of_difference`."""
-    return of_mean([np.asarray(y, float) - x for y, x in zip(ours, theirs, strict=True)], confidence)
+    return of_mean([np.asarray(y, float) - x for y, x in zip(ours, theirs, strict=True)])
 
 
-def of_ratio(ours: Houses, theirs: Houses, confidence: float = intervals.CONFIDENCE) -> Estimate[Any]:
+def of_ratio(ours: Houses, theirs: Houses) -> Estimate[Any]:
     """Return the mean over houses of ours, over that of theirs; see `intervals.of_ratio`."""
 
     def one(bank: np.ndarray) -> Estimate[float]:
         (y, again_y), (x, again_x) = ((part[0], _again(part)) for part in bank)
         ratio = y.sum() / x.sum() if x.any() else np.nan
-        return _not_negative(_interval(y, x, again_y - ratio * again_x, confidence), ((y > 0) | (x > 0)).sum())
+        return _not_negative(_interval(y, x, again_y - ratio * again_x), ((y > 0) | (x > 0)).sum())
 
     return _each(one, np.stack([_bank(ours), _bank(theirs)], axis=1), ours)
 
 
-def of_mean_ratio(ours: Houses, theirs: Houses, confidence: float = intervals.CONFIDENCE) -> Estimate[Any]:
+def of_mean_ratio(ours: Houses, theirs: Houses) -> Estimate[Any]:
     """Return the mean of the ratios of those houses that have one: in which theirs are not all zero.
 
     In a house where little happens the ratio of a few episodes is too high on average, and so is this; the ratio of
@@ -67,7 +67,7 @@ def of_mean_ratio(ours: Houses, theirs: Houses, confidence: float = intervals.CO
         if not len(ratios):
             return Estimate(np.nan, np.nan, np.nan)
         errors = _ratios(again_y, again_x) - ratios.mean()
-        return _not_negative(_interval(ratios, np.ones_like(ratios), errors, confidence), len(ratios))
+        return _not_negative(_interval(ratios, np.ones_like(ratios), errors), len(ratios))
 
     return _each(one, np.stack([_bank(ours), _bank(theirs)], axis=1), ours)
 
@@ -115,7 +115,7 @@ def _ratios(above: np.ndarray, below: np.ndarray) -> np.ndarray:
     return np.divide(above, below, out=np.full_like(below, np.nan), where=below > 0)
 
 
-def _interval(above: np.ndarray, below: np.ndarray, errors: np.ndarray, confidence: float) -> Estimate[float]:
+def _interval(above: np.ndarray, below: np.ndarray, errors: np.ndarray) -> Estimate[float]:
     """The ratio of means over houses, of numerators and denominators (J,).
 
     The errors are those of resamples, (resamples, J), NaN for a house that does not count.
@@ -135,7 +135,7 @@ def _interval(above: np.ndarray, below: np.ndarray, errors: np.ndarray, confiden
     if max(scale, square.max()) <= intervals.EXACT * (above**2).mean():
         return Estimate(ratio, ratio, ratio)
     t = intervals.pivots(mean[None], square[None], count, scale[None, None])
-    low, high = intervals.solve(above[None], below[None], *intervals.quantiles(t, confidence))
+    low, high = intervals.solve(above[None], below[None], *intervals.quantiles(t))
     return Estimate(ratio, float(low[0]), float(high[0]))
 
 

@@ -63,20 +63,18 @@ def holm(p: np.ndarray) -> np.ndarray:
     return corrected
 
 
-def not_inferior(
-    ours: np.ndarray, theirs: np.ndarray, margin: float, *, more_is_better: bool, ratio: Estimate[float] | None = None
-) -> Verdict:
-    """Test, one-sided at 2.5 %, by the interval of the ratio, whether ours are worse by less than a margin.
+def not_inferior(ours: np.ndarray, theirs: np.ndarray, margin: float, ratio: Estimate[float] | None = None) -> Verdict:
+    """Test, one-sided at 2.5 %, by the interval of the ratio, whether ours are less by less than a margin.
 
-    They are paired samples (n,), not negative; the margin is that share of the larger of the two means that does not
-    matter. The ratio of means is given where it is known already with its interval, such as one over houses.
+    They are paired samples (n,), not negative, of which more is better; the margin is that share of the larger of the
+    two means that does not matter. The ratio of means is given where it is known already with its interval, such as one
+    over houses.
     """
     least = 1 - margin
-    if not enough(_sides(ours, theirs, least)[not more_is_better]):
+    if not enough(_sides(ours, theirs, least)[0]):
         return Verdict.NONE
     _, low, high = ratio or of_ratio(ours, theirs)
-    fine, bad = (low > least, high < least) if more_is_better else (high * least < 1, low * least > 1)
-    return Verdict.NOT_INFERIOR if fine else Verdict.INFERIOR if bad else Verdict.NONE
+    return Verdict.NOT_INFERIOR if low > least else Verdict.INFERIOR if high < least else Verdict.NONE
 
 
 def equivalent(ours: np.ndarray, theirs: np.ndarray, margin: float, ratio: Estimate[float] | None = None) -> Verdict:

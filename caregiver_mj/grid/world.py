@@ -3,8 +3,8 @@
 In a timestep every child makes one move or stays, one after the other, then the caregiver does up to three of its seven
 actions (four moves, wait, get, place), because it walks three times as fast (paper, section V.C). It decides anew
 before each, unless it has a candle in the hand: that is put down first. Get and place act on a table in a neighbouring
-cell. A caregiver that yields keeps out of the children's way when it has nothing to do, and its distance where one bars
-its own (`plans/routes.py`).
+cell; to close a gate, or to pick up what lies in its cell, is an action, too. A caregiver that yields keeps out of the
+children's way when it has nothing to do, and its distance where one bars its own (`plans/routes.py`).
 
 Whether a move is blocked is decided when the child gets there: at once, as in the paper, so that a caregiver cannot
 come in between.
@@ -85,8 +85,9 @@ class GridWorld:
 
         Raises:
             CaregiverError: A caregiver that is told everything does not see everything, or it or a child is for another
-                house.
+                house, or it has no action.
         """
+        check_integer("caregiver_actions", caregiver_actions, 1)
         self.sight = Eyesight.of(sight)
         if isinstance(caregiver, ToldCaregiver) and not self.sight.is_full:
             raise CaregiverError(f"sight must be all with a caregiver that needs privileged information, got {sight}")
@@ -228,7 +229,7 @@ class GridWorld:
             CaregiverError: No episode has begun, or it is over.
         """
         if self.timestep >= len(self._draws):
-            raise CaregiverError("no episode has begun: call reset() first")
+            raise CaregiverError("no episode has begun, or it is over: call reset() first")
         draws = self._draws[self.timestep]
         self.timestep += 1
         # New arrays, for a caregiver may have kept what it was shown.

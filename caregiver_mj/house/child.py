@@ -102,7 +102,7 @@ class HouseChild:
         self.goal = int(self.behaviour.reconsider(np.array([self.goal]), draws[:, 2])[0])
         sight = Sight(*(np.array([value]) for value in (self.cell, self.goal, caregiver_cell, self._bumped)))
         action = int(self.behaviour.act(sight, draws)[0])
-        self.move, self._entry = Move(self.cell, self.cell, draw=draws[:, 2]), None
+        self.move, self._entry = Move(self.cell, self.cell, draw=draws[:, 2], rests=action == NOTHING), None
         next_cell, target, index = self._moves
         if action == NOTHING or (target[self.cell, action] == Target.FREE and next_cell[self.cell, action] in taken):
             self.walk.stay()
@@ -182,7 +182,7 @@ class HouseChild:
         """End the move, and return what came of it."""
         move = self.move
         self.cell = self._nearest_cell()
-        self._bumped = self.cell == move.begun
+        self._bumped = self.cell == move.begun and not move.rests
         if move.reached_toy:
             assert move.draw is not None  # drawn when the move began
             self.goal = int(self.behaviour.next_bin(move.draw)[0])
@@ -227,6 +227,7 @@ class Move:
         target: What it leads to, or None if the child stays where it is.
         to_toy: Whether that is the bin that the child wants to get to.
         draw: Uniform draw for the next bin, should the child reach the one that it wants to get to, (1,).
+        rests: Whether the child means to stay where it is.
         harm: Damage of the worst thing that has happened so far.
         kind: What that was, the name of one of `KINDS`, or "" if nothing has.
         fell: Whether the child has fallen down stairs.
@@ -241,6 +242,7 @@ class Move:
     target: Target | None = None
     to_toy: bool = False
     draw: np.ndarray | None = None
+    rests: bool = False
     harm: float = 0.0
     kind: str = ""
     fell: bool = False

@@ -118,7 +118,7 @@ class _Eye:
         places = axes - turns
         self._white = np.array([blur.noise] * places + [blur.turn_noise] * turns)
         self._lasting = np.array([blur.bias] * places + [blur.turn_bias] * turns)
-        self._last: np.ndarray | None = None
+        self._last: np.ndarray | None = None  # of each thing, NaN for what has not been seen yet
         self.bias: np.ndarray
 
     def see_anew(self, things: int, which: np.ndarray | None = None) -> None:
@@ -134,13 +134,15 @@ class _Eye:
         """White errors of velocities, (things, axes)."""
         return self._random.normal(size=self.bias.shape) * self._blur.velocity_noise
 
-    def show(self, seen: np.ndarray) -> np.ndarray:
-        """What is seen (things, numbers), of each thing that is not what was seen last."""
+    def show(self, seen: np.ndarray, in_sight: np.ndarray | None = None) -> np.ndarray:
+        """What is seen (things, numbers), of each thing that is not what was seen last; 0 of those out of sight."""
+        if self._last is None:
+            self._last = np.full_like(seen, np.nan)
         gone = self._random.random(len(seen)) < self._blur.dropout
-        if self._last is not None:
-            seen = np.where(gone[:, None], self._last, seen)
-        self._last = seen
-        return seen
+        shown = np.where(gone[:, None] & ~np.isnan(self._last), self._last, seen)
+        there = np.ones(len(seen), bool) if in_sight is None else in_sight > 0.0
+        self._last = np.where(there[:, None], shown, self._last)
+        return np.where(there[:, None], shown, 0.0)
 
 
 class Sensor:
@@ -199,7 +201,7 @@ class Sensor:
         if self._step == 0:
             eye.see_anew(len(poses))
         found = np.hstack([poses + eye.bias + eye.noise(), velocities + eye.velocity_noise()])
-        shown = eye.show(found).reshape(*seen[f"{name}_position"].shape[:-1], 6)
+        shown = eye.show(found, seen.get(f"{name}_seen")).reshape(*seen[f"{name}_position"].shape[:-1], 6)
         seen[f"{name}_position"], seen[f"{name}_velocity"] = shown[..., :3], shown[..., 3:]
 
     def _look_at_things(self, seen: dict[str, np.ndarray]) -> None:

@@ -299,9 +299,10 @@ def check_house(made: Any, plan: FloorPlan) -> None:
         raise CaregiverError(
             f"{type(made).__name__} has no plan: its __init__ must call super().__init__ with the house, which keeps it"
         )
-    if made.plan.rows != plan.rows:
+    if (made.plan.rows, made.plan.cell_size, made.plan.damage) != (plan.rows, plan.cell_size, plan.damage):
+        other = " of other cells or damage" if made.plan.rows == plan.rows else ""
         raise CaregiverError(
-            f"{type(made).__name__} must be made for house '{plan.name}', got one for '{made.plan.name}'"
+            f"{type(made).__name__} must be made for house '{plan.name}', got one for '{made.plan.name}'{other}"
         )
 
 

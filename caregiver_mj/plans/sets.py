@@ -4,7 +4,7 @@ A set is `train-N` or `test-N`, the first N houses of one of two fixed lists; th
 other. `test-100/17` is house 17 of `test-100`, counted from 0, and also house 17 of every other `test-N` that has one.
 Its own name, which is the same in all of them, is that of its seed: `house-200017`.
 
-`shapes-train-N` and `shapes-test-N` are two more such lists, of homes and houses of all `SHAPES` in turn. `drawn-10`
+`shapes-train-N` and `shapes-test-N` are two more such lists, of plain houses and all `SHAPES` in turn. `drawn-10`
 are ten houses drawn by hand, to be tested in. `home-train-N` and `home-test-N` are homes with gates, mugs and small
 objects on the floor, too.
 

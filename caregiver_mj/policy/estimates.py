@@ -115,9 +115,9 @@ class Senses:
         return estimate
 
 
-def gain(noise: float, change: float, least: float = _SLOWEST) -> float:
+def gain(noise: float, change: float) -> float:
     """Return the gain for a measurement with so large a white error, of what changes by so much in between."""
-    return max(least, change / (change + noise))
+    return max(_SLOWEST, change / (change + noise))
 
 
 def _error(noise: float, change: float) -> float:
@@ -245,7 +245,7 @@ class CandleEstimates:
         self._count = np.ones(len(positions))
 
     def _average(self, told: np.ndarray, positions: np.ndarray, orientations: np.ndarray) -> None:
-        """Take in where candles are seen, as if nobody held them, and return them."""
+        """Take in where candles are seen, as if nobody held them."""
         blur = self._blur
         new = (positions != self._seen).any(axis=1) if blur.dropout else np.ones(len(positions), bool)
         latest = _LATEST if blur.noise else 1.0

@@ -30,7 +30,7 @@ class Executive:
         routine: What is being carried out, or None.
         assessment: The numbers behind the last decision, if the caregiver has such.
         begun: Interventions begun in this episode.
-        done: Interventions completed: a stairwell reached, or a candle put down.
+        done: Interventions completed, such as a stairwell reached or a candle put down.
         left: What has become of hazards by them, for good.
     """
 

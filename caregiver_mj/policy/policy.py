@@ -97,7 +97,6 @@ class CaregiverPolicy:
         self.caregiver = _caregiver(caregiver, info, seed)
         # To be asked for its `info` when an episode begins, and told who is in charge and what has been done.
         self._task = task
-        task.caregiver = self.caregiver
         truth = info.truth if isinstance(self.caregiver, ToldCaregiver) else None
         self._timestep, self._has_begun = env.control_timestep(), False
         spec = env.observation_spec()
@@ -132,6 +131,7 @@ class CaregiverPolicy:
         # As it will be seen: what takes so long must not wait for the first observation.
         self._perception.table_heights = info.table_heights
         self._prepare_retrievals()
+        task.caregiver = self.caregiver  # last: where one cannot be made, the house is not prepared for it
 
     def __call__(self, timestep: dm_env.TimeStep) -> np.ndarray:
         """Answer an observation with an action.

@@ -64,8 +64,9 @@ class PassedOver:
         self._until[hazard] = np.inf
 
     def succeed(self, hazard: int) -> None:
-        """Take note that the robot has got something done about a hazard."""
-        self._wait[hazard] = PASSED_OVER
+        """Take note that the robot has got something done about a hazard, or what is about none."""
+        if hazard != NOTHING:
+            self._wait[hazard] = PASSED_OVER
 
     def now(self, time: float) -> np.ndarray:
         """Return whether each hazard is passed over at a time, (hazards,)."""

@@ -85,10 +85,10 @@ class EpisodeRecord:
     toys_reached: int = _count("bins", "toys reached", "toy bins reached by all children, over all 200 timesteps")
     toys_by_child: list[float] = _child("bins", "toys of each child", "toy bins that each child reached")
     moves_blocked: int = _count(
-        "moves", "moves blocked", "children's moves into the caregiver: how much it was in the way"
+        "moves", "moves blocked", "children's moves into the caregiver, or a closed gate: how much was in the way"
     )
     moves_blocked_stairwell: int = _count(
-        "moves", "stairwells denied", "of those, moves into a stairwell that it stood in"
+        "moves", "stairwells denied", "of those, moves into a stairwell that it stood in, or that was shut"
     )
     moves_blocked_free: int = _count("moves", "free moves denied", "of those, moves to where it stood in the way")
     longest_blocked: int = _count(
@@ -103,7 +103,9 @@ class EpisodeRecord:
     )
     interventions: int = _count("", "interventions", "interventions begun")
     interventions_done: int = _count(
-        "", "interventions done", "of those, completed: a stairwell reached, or a candle put down"
+        "",
+        "interventions done",
+        "of those, completed: a stairwell reached, a gate closed, a candle put down, a small thing picked up",
     )
     seen: float = _count("share", "children seen", "share of the timesteps at whose end the caregiver saw a child")
     looking: float = _count(

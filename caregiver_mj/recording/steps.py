@@ -66,7 +66,7 @@ class Steps:
                 arrays[field.name] = value
             elif field.name not in ("observations", "frames"):
                 rest[field.name] = value
-        np.savez(folder / _ARRAYS, allow_pickle=False, **arrays)
+        np.savez(folder / _ARRAYS, **arrays)  # type: ignore[arg-type]  # no array is called `allow_pickle`
         (folder / _REST).write_text(json.dumps(rest), encoding="utf-8")
 
     @classmethod

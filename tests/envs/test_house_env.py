@@ -90,6 +90,13 @@ def test_the_same_seed_gives_the_same_episode_and_the_same_ones_after_it():
     assert not same(first, one.reset()[0])
 
 
+def test_what_of_the_house_is_drawn_is_the_same_in_every_environment_unless_it_is_asked_for_otherwise():
+    drawn = {"table_height": (0.45, 0.75), "table_offset": 0.05}
+    one, other = (make(task_kwargs=drawn).reset(seed=7)[0] for _ in range(2))
+    assert same(one, other)
+    assert not same(one, make(task_kwargs=drawn | {"random": 1}).reset(seed=7)[0])
+
+
 def test_time_is_over_truncated():
     env = make(task_kwargs={"time_limit": 0.1})
     *before, (_, reward, terminated, truncated, info) = run(env, 99)

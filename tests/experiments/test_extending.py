@@ -191,6 +191,21 @@ def test_one_caregiver_against_another(runs):
         assert (row["baseline"], row["caregiver"]) == ("nearest", "guard")
 
 
+def test_two_episodes_of_one_seed_count_once(runs):
+    """In runs of 60,000 some seeds come up twice by chance; they make the same episode."""
+    first, second = finished(runs, "seed0", "more")
+    twice = [dataclasses.replace(run, episodes=pd.concat([run.episodes] * 2)) for run in (first, second)]
+    assert compare_runs(*twice) == compare_runs(first, second)
+
+
+def test_houses_of_other_sizes_are_no_pair(runs):
+    first, second = finished(runs, "seed0", "more")
+    larger = dataclasses.replace(second.settings.plan, cell_size=1.5)
+    second = dataclasses.replace(second, settings=dataclasses.replace(second.settings, plans=(larger,)))
+    with pytest.raises(CaregiverError, match="must be the same in both runs, got two floor plans"):
+        compare_runs(first, second)
+
+
 @pytest.mark.parametrize(
     ("names", "who", "words"),
     [

@@ -3,11 +3,14 @@
 import dataclasses
 import json
 
+import numpy as np
 import pytest
 
 from caregiver_mj.children.family import ChildSpec, Family
+from caregiver_mj.children.novice import Novice
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.evaluation import evaluate
+from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import Settings, episode_seed
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
@@ -63,6 +66,23 @@ def test_the_record_says_everything():
         (p.name, p.rows, p.cell_size) for p in houses.plans
     ]
     assert Settings.of_record(record).houses == "those two"
+
+
+def test_a_single_one_will_do_and_numbers_of_numpy():
+    settings = Settings(PAPER, "grid", "nearest", 0.5, episodes=np.int64(3), seed=np.int64(1))
+    settings.check()
+    assert json.loads(json.dumps(settings.record()))["episodes"] == 3
+    assert settings == Settings((PAPER,), "grid", ("nearest",), (0.5,), 3, 1)
+    with pytest.raises(CaregiverError, match="houses must be 1, got 0"):
+        _ = Settings(()).plan
+
+
+def test_who_is_kept_in_a_folder_has_a_name(tmp_path):
+    settings = Settings(PAPER, "grid", families=(Novice(PAPER, 0.5),), episodes=1)
+    folder = RunFolder(tmp_path / "run", settings.record())
+    with pytest.raises(CaregiverError, match="children of a run in a folder must be given by name"):
+        evaluate(settings, folder)
+    assert len(evaluate(settings).episodes) == 2
 
 
 def test_blocks_are_all_of_the_work_once():

@@ -2,6 +2,7 @@
 
 import base64
 import copy
+import dataclasses
 import hashlib
 import io
 import json
@@ -15,6 +16,7 @@ import pytest
 from caregiver_mj import cli
 from caregiver_mj.caregivers.answers import unpacked
 from caregiver_mj.experiments.submission import board, read_submission
+from caregiver_mj.plans.floor_plan import FloorPlan
 
 OWN = """
 from caregiver_mj.caregivers import Caregiver
@@ -134,6 +136,23 @@ def test_what_means_something_in_a_table_is_left_out_of_a_page(packed, folder):
     submission, episodes = read_submission(packed), pd.read_parquet(folder / "run" / "episodes.parquet")
     page = board([(submission._replace(card={"title": "<script>", "authors": "a | b"}), episodes)])
     assert "| &lt;script> | a / b |" in page
+    settings = dataclasses.replace(submission.settings, houses="x\n\n<script> | row |")
+    page = board([(submission._replace(settings=settings), episodes)])
+    assert "## grid, x &lt;script> / row /, 2 houses" in page
+
+
+def test_houses_of_other_sizes_are_another_track(packed, folder):
+    submission, episodes = read_submission(packed), pd.read_parquet(folder / "run" / "episodes.parquet")
+    larger = [FloorPlan.parse(plan.text, plan.name, 2 * plan.cell_size) for plan in submission.settings.plans]
+    other = submission._replace(settings=dataclasses.replace(submission.settings, plans=tuple(larger)))
+    assert board([(submission, episodes), (other, episodes)]).count("\n## grid, ") == 2
+
+
+def test_a_share_of_nothing_is_none(packed, folder):
+    submission, episodes = read_submission(packed), pd.read_parquet(folder / "run" / "episodes.parquet")
+    page = board([(submission, episodes.assign(damage=0.0))])
+    assert "nan" not in page
+    assert "| `mine:Mine` | A/B | us | – |" in page
 
 
 def test_there_is_no_page_without_a_child_that_is_left_alone(tmp_path, capsys):
@@ -237,6 +256,12 @@ EDITS = {
     "a run that is none": lambda parts: parts.update({"run.json": [1]}),
     "a card that is none": lambda parts: parts.update({"card.json": [1]}),
     "a title that is none": lambda parts: parts["card.json"].update(title=5),
+    "a seed that is none": set_run("seed", "0 | 1"),
+    "no houses": set_run("plans", []),
+    "no caregivers": set_run("caregivers", []),
+    "no children": set_run("families", []),
+    "episodes added at numbers that there are not": set_run("extended_at", [10**30]),
+    "episodes added before others": set_run("extended_at", [2, 1]),
     "source": set_run("source", "0123456789ab"),
     "no settings": lambda parts: parts.pop("run.json"),
     "no episodes": lambda parts: parts.pop("episodes/000001.json"),
@@ -253,6 +278,8 @@ EDITS = {
     "an answer less": with_answers(lambda arrays: arrays.update(decide=arrays["decide"][:-1])),
     "an answer more": with_answers(lambda arrays: arrays.update(decide=np.repeat(arrays["decide"], 2, axis=0))),
     "answers of fewer": with_answers(lambda arrays: arrays.update(decide=arrays["decide"][..., :-1])),
+    "answers that are one number": with_answers(lambda arrays: arrays.update(decide=np.array(3))),
+    "actions that are one number": with_answers(lambda arrays: arrays.update(actions=np.array(3))),
     "answers that are no numbers": with_answers(lambda arrays: arrays.update(decide=arrays["decide"] + 0.5)),
 }
 
@@ -273,6 +300,9 @@ def test_a_file_that_was_edited_is_not_verified(edit, packed, tmp_path, capsys):
         ("a card that is none", "card.json must be"),
         ("episodes that are no number", "episodes must be an integer of at least 1, got '3'"),
         ("episodes without end", "files of episodes, too few for"),
+        ("no houses", "it has no house, no caregiver or no child"),
+        ("episodes added before others", "extended_at must be rising numbers of its episodes, got [2, 1]"),
+        ("answers that are one number", "the answers of a caregiver cannot be read"),
         ("a column more", "episodes/000001.json must have rows, maps and answers of"),
         ("episodes more", "it must have nothing but its episodes, got episodes/000099.json"),
     ],
@@ -312,6 +342,37 @@ def test_a_damaged_file_is_told(cut, packed, tmp_path, capsys):
     write(tmp_path / "damaged.submission", parts, sums=False)
     assert run("verify", tmp_path / "damaged.submission") == 2
     assert capsys.readouterr().err.count("damaged") >= 2
+
+
+def nested(path):
+    with zipfile.ZipFile(path, "w") as file:
+        file.writestr("sha256.json", "[" * 100_000)
+
+
+def encrypted(path):
+    """As its header says: bit 0 of the flags is set, in both places that have them."""
+    nested(path)
+    content = bytearray(path.read_bytes())
+    content[6] |= 1
+    content[content.rindex(b"PK\x01\x02") + 8] |= 1
+    path.write_bytes(content)
+
+
+def packed_in_another_way(path):
+    nested(path)
+    content = bytearray(path.read_bytes())
+    content[8] = content[content.rindex(b"PK\x01\x02") + 10] = 99
+    path.write_bytes(content)
+
+
+@pytest.mark.parametrize("make", [nested, encrypted, packed_in_another_way])
+def test_whatever_a_file_is_one_line_says_so_and_the_others_are_on_the_board(make, packed, tmp_path, capsys):
+    (tmp_path / "good.submission").write_bytes(packed.read_bytes())
+    make(tmp_path / "bad.submission")
+    assert run("leaderboard", tmp_path) == 2
+    told = capsys.readouterr()
+    assert "| `mine:Mine` |" in told.out
+    assert f"'{tmp_path / 'bad.submission'}' is no submission, or a damaged one: " in told.err
 
 
 def test_what_cannot_be_submitted(packed, folder, tmp_path, capsys):

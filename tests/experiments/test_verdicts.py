@@ -92,21 +92,15 @@ TOYS = np.array([20.0, 24, 22, 25, 19, 23, 21, 24, 20, 22])
     ],
 )
 def test_toys_kept(ours, verdict):
-    assert not_inferior(ours, TOYS, MARGINS["toys_reached"], more_is_better=True) is verdict
+    assert not_inferior(ours, TOYS, MARGINS["toys_reached"]) is verdict
 
 
 def test_a_margin_needs_pairs_too():
-    assert not_inferior(TOYS[:5], TOYS[:5], 0.03, more_is_better=True) is Verdict.NONE
-    assert not_inferior(TOYS[:6], TOYS[:6], 0.03, more_is_better=True) is Verdict.NOT_INFERIOR
-    assert not_inferior(np.zeros(20), np.zeros(20), 0.03, more_is_better=True) is Verdict.NONE
+    assert not_inferior(TOYS[:5], TOYS[:5], 0.03) is Verdict.NONE
+    assert not_inferior(TOYS[:6], TOYS[:6], 0.03) is Verdict.NOT_INFERIOR
+    assert not_inferior(np.zeros(20), np.zeros(20), 0.03) is Verdict.NONE
     assert equivalent(TOYS[:5], TOYS[:5], 0.1) is Verdict.NONE
     assert not enough(np.array([1, 1, 1, 0, 0, 0, 0]))  # pairs that do not differ do not count
-
-
-def test_what_is_better_when_less():
-    assert not_inferior(1.1 * TOYS, TOYS, 0.10, more_is_better=False) is Verdict.NOT_INFERIOR
-    assert not_inferior(1.12 * TOYS, TOYS, 0.10, more_is_better=False) is Verdict.INFERIOR
-    assert not_inferior(0.5 * TOYS, TOYS, 0.10, more_is_better=False) is Verdict.NOT_INFERIOR
 
 
 @pytest.mark.parametrize(

@@ -91,6 +91,15 @@ def test_a_move_takes_it_to_the_next_cell_and_a_bump_leaves_it_where_it_was():
     assert child.position == pytest.approx(ROOM.position((2, 3)), abs=1e-6)
 
 
+def test_it_has_bumped_if_it_did_not_get_where_it_meant_to_go_and_not_if_it_meant_to_stay():
+    child, known = child_in((1, 2)), []
+    for move in (STAY, WEST, EAST, STAY):  # west is the bin
+        child.behaviour.move = move
+        timestep(child)
+        known.append(bool(child.behaviour.seen[-1].bumped[0]))
+    assert known == [False, False, True, False]
+
+
 def test_a_toy_is_the_bin_that_it_wants():
     plan = FloorPlan.parse("#####\n#B.B#\n##T##\n#####")
     child = child_in((1, 2), WEST, plan)

@@ -92,6 +92,23 @@ def test_what_is_not_seen_is_shown_as_it_was_seen_last():
     assert fresh == pytest.approx(np.array([m["toddler_position"][0] for m in moments[1:]])[~stale])
 
 
+def test_a_child_out_of_sight_is_shown_as_none_and_one_in_sight_never_so():
+    """Of the second one nothing is seen at first, so a gap has nothing else to show."""
+    shown = [np.array([(i // 20) % 2, i >= 50.0], float) for i in range(400)]
+    poses = [seen[:, None] * np.array([[2.0 + 0.01 * i, 1.0, 0.5]] * 2) for i, seen in enumerate(shown)]
+    moments = [
+        EXACT | {"toddler_position": pose, "toddler_velocity": 0.1 * pose, "toddler_seen": seen}
+        for pose, seen in zip(poses, shown, strict=True)
+    ]
+    found = sensed(moments, child={"noise": 0.01, "bias": 0.02, "dropout": 0.5})
+    for number, (moment, seen) in enumerate(zip(found, shown, strict=True)):
+        assert not moment["toddler_position"][seen == 0].any()
+        assert not moment["toddler_velocity"][seen == 0].any()
+        for x, y, _ in moment["toddler_position"][seen > 0]:
+            assert 1.8 < x < 2.2 + 0.01 * number
+            assert y == pytest.approx(1.0, abs=0.2)
+
+
 @pytest.mark.parametrize(("delay", "steps"), [(0.0, 0), (0.02, 1), (0.03, 2), (0.06, 3)])
 def test_all_is_as_old_as_the_delay(delay, steps):
     moments = [{key: value + i for key, value in EXACT.items()} for i in range(8)]
