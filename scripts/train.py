@@ -30,6 +30,7 @@ import collections
 import concurrent.futures
 import csv
 import functools
+import json
 import math
 import multiprocessing
 import pathlib
@@ -436,6 +437,13 @@ def _save(path: pathlib.Path, arrays: Weights) -> None:
     part.replace(path)
 
 
+def _keep(path: pathlib.Path, asked: dict[str, object]) -> None:
+    """Write what a run is of; raise CaregiverError if it has been begun as another one."""
+    if path.exists() and (found := json.loads(path.read_text("utf-8"))) != asked:
+        raise CaregiverError(f"a run must go on with its seed and houses, {found}, got {asked}")
+    path.write_text(json.dumps(asked), encoding="utf-8")
+
+
 def mixed(sets: list[str]) -> list[str]:
     """Return the names of the houses of several sets, in turn by how many of each there are."""
     names = [[plan.name for plan in houses_named(one)] for one in sets]
@@ -471,6 +479,8 @@ def main(arguments: list[str] | None = None) -> None:
     if missing := [str(folder) for folder in folders if judges and not (folder / WEIGHTS).exists()]:
         parser.error(f"--judge must be of runs that have {WEIGHTS}, got {' '.join(missing)}")
     given.out.mkdir(parents=True, exist_ok=True)
+    if not judges:
+        _keep(given.out / "run.json", {"seed": given.seed, "houses": [*sets]})
     console = Console()
     columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
     every = mixed(sets)

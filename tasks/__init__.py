@@ -46,8 +46,18 @@ class TaskSpec:
         return f"caregiver_mj/{self.name.title().replace('_', '')}-v{self.version}"
 
     def find_kind(self) -> type[CareTask]:
-        """The class of the task."""
-        found: type[CareTask] = named_object(self.kind) if isinstance(self.kind, str) else self.kind
+        """The class of the task.
+
+        Raises:
+            CaregiverError: It cannot be loaded, is no subclass of `CareTask`, or lacks a method.
+        """
+        from caregiver_mj.tasks.base import CareTask  # here, so that the table of tasks needs no MuJoCo
+
+        found = named_object(self.kind) if isinstance(self.kind, str) else self.kind
+        if not (isinstance(found, type) and issubclass(found, CareTask)):
+            raise CaregiverError(f"task '{self.name}' must be a subclass of CareTask, got {found!r}")
+        if lacks := sorted(getattr(found, "__abstractmethods__", ())):
+            raise CaregiverError(f"task '{self.name}' must have {', '.join(lacks)}, got {found.__name__} without")
         return found
 
 

@@ -6,6 +6,9 @@ import pytest
 
 import caregiver_mj
 from caregiver_mj.caregivers import Caregiver, make_caregiver
+from caregiver_mj.caregivers.foresight.value_table import AllLayouts
+from caregiver_mj.children.family import ChildSpec
+from caregiver_mj.children.novice import Novice
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.envs.houses_vector import GridHousesVector
 from caregiver_mj.envs.target_grid import GridTargetsVector
@@ -19,6 +22,7 @@ from caregiver_mj.plans.generator import generate
 from caregiver_mj.plans.hazards import NOTHING, DamageWeights
 from caregiver_mj.plans.sets import house_set
 from caregiver_mj.policy.own import OwnPolicy
+from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.viz.report import write_report
 
 TEXT = "######\n#B.S.#\n#....#\n#C..T#\n######"
@@ -79,6 +83,26 @@ class Deciding(Caregiver):
         return Interventions.of([self._answered] * len(percept.child_cell))
 
 
+class Failing(Caregiver):
+    """Cannot be made."""
+
+    def __init__(self, plan, seed=0):
+        raise RuntimeError("mine")
+
+    choose = None
+
+
+class FailingChild(Novice):
+    """Likewise."""
+
+    def __init__(self, plan, epsilon):
+        raise RuntimeError("mine")
+
+
+def failing():
+    raise RuntimeError("mine")
+
+
 def act_with(made):
     env = load()
     OwnPolicy("mine", lambda env: made, env)(env.reset())
@@ -97,6 +121,8 @@ ODD = {
         *((lambda house=house: load(house=house), "must be a str or PathLike") for house in (None, 3)),
         (lambda: load(house="a\0b"), "cannot be read"),
         *((lambda e=e: load(epsilon=e), "children must be an epsilon") for e in (None, {}, 1j)),
+        *((lambda e=e: load(epsilon=e), "children must be an epsilon") for e in (10**400, np.array("x"))),
+        (lambda: load(epsilon=ChildSpec(0.5, 5)), "name of a child must be a str, got 5"),
         (lambda: load(epsilon=[]), "at least 1 child"),
         (lambda: load(epsilon=np.array([0.5, 7.0])), "epsilon must be in"),
         *((lambda r=r: load(random=r), "must be an integer from 0 to 4294967295") for r in ("a", 1.5, -1, 2**40)),
@@ -111,7 +137,14 @@ ODD = {
     ],
     "floor plan": [
         (lambda: caregiver_mj.FloorPlan.parse(None), "text of a floor plan must be a str"),
-        *((lambda c=c: caregiver_mj.FloorPlan.parse(TEXT, cell_size=c), "cell size") for c in (None, 0, np.nan)),
+        *(
+            (lambda c=c: caregiver_mj.FloorPlan.parse(TEXT, cell_size=c), "cell size")
+            for c in (None, 0, np.nan, 10**400, 10**4)
+        ),
+        *(
+            (lambda n=n: caregiver_mj.FloorPlan.load(n + "1" * 5000), "house-1111")
+            for n in ("house-", "test-100/house-")
+        ),
         (lambda: caregiver_mj.FloorPlan.parse(TEXT, None), "name of a floor plan must be a str"),
         (lambda: caregiver_mj.FloorPlan.parse(TEXT, damage=3), "damage, if no DamageWeights or mapping, must be a str"),
         *((lambda d=d: DamageWeights(d), "damage of a stairwell must be a number") for d in ("a", -1, np.inf)),
@@ -129,6 +162,10 @@ ODD = {
             lambda: caregiver_mj.CaregiverPolicy(gymnasium.make("caregiver_mj/BlockStairs-v0", house=TINY)),
             "env.unwrapped.dm_env",
         ),
+        (lambda: make_caregiver(f"{__name__}:Failing", TINY), "failed as it was made: RuntimeError: mine .*test_odd"),
+        (lambda: load(epsilon=f"{__name__}:FailingChild:0.5"), "failed as it was made: RuntimeError: mine .*test_odd"),
+        (lambda: find_embodiment(f"{__name__}:failing"), "failed as it was made: RuntimeError: mine .*test_odd"),
+        (lambda: AllLayouts(64, 1), "tables must be at most 63 to plan for candles, got 64"),
         (lambda: make_caregiver(None, TINY), "name of a caregiver must be a str"),
         (lambda: make_caregiver("paper", "paper"), "house of a caregiver must be a FloorPlan"),
         (lambda: make_caregiver("random", TINY, "x"), "seed of a caregiver must be an integer"),

@@ -8,6 +8,8 @@ import train
 from rich.console import Console
 from rich.progress import Progress
 
+from caregiver_mj.errors import CaregiverError
+
 
 def toy(random, worlds=3000):
     """Two or three options in each world, the best that with the greatest first feature, or in some the least."""
@@ -101,3 +103,11 @@ def test_what_cannot_be_is_said(tmp_path, wrong, capsys):
     with pytest.raises(SystemExit):
         train.main(["--out", str(tmp_path / "out"), *wrong])
     assert wrong[0] in capsys.readouterr().err
+
+
+def test_a_run_goes_on_as_what_it_was_begun_as(tmp_path):
+    kept = tmp_path / "run.json"
+    for seed in (0, 0):
+        train._keep(kept, {"seed": seed, "houses": ["train-2"]})
+    with pytest.raises(CaregiverError, match="must go on with its seed and houses"):
+        train._keep(kept, {"seed": 1, "houses": ["train-2"]})

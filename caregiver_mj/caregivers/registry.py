@@ -22,7 +22,7 @@ from caregiver_mj.caregivers.learned import LearnedCaregiver
 from caregiver_mj.caregivers.paper import CandlesCaregiver, LastSeenCaregiver, PaperCaregiver, StairsCaregiver
 from caregiver_mj.errors import CaregiverError, check_integer, check_kind
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.registry import Registry, check_call, named_object
+from caregiver_mj.registry import Registry, check_call, errors_of, named_object
 
 PolicyMaker = Callable[[Any], Any]  # of an environment, a policy: from a time step to an action of the robot
 
@@ -139,4 +139,5 @@ def make_caregiver(name: str, plan: FloorPlan, seed: int = 0) -> Caregiver | Non
             f"caregiver must be a subclass of Caregiver, got '{name}', a policy: it acts in the house only"
         )
     check_call(f"caregiver '{name}'", maker, plan, seed)
-    return maker(plan, seed)
+    with errors_of(f"caregiver '{name}'", "as it was made"):
+        return maker(plan, seed)

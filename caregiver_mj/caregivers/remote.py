@@ -85,7 +85,7 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
         if thinking not in (WAITS, REAL_TIME):
             raise CaregiverError(f"{THINKING} must be {WAITS} or {REAL_TIME}, got '{thinking}'")
         self._timestep = plan.cell_size / WALKING_SPEED if thinking == REAL_TIME else math.inf
-        _said(PATIENCE, _PATIENCE)  # is wrong here, if it is, and not at the first question
+        _patience()  # is wrong here, if it is, and not at the first question
         lying = [plan.free_cells[cell] for cell in plan.floor_cells]
         cells = [*plan.stairwells, *[None] * len(plan.candle_tables), *lying]  # None: `candle_table` says where
         self._house = {
@@ -242,17 +242,17 @@ class HttpCaregiver(RemoteCaregiver):
     """Posts its questions to an address."""
 
     def open(self) -> None:
-        _client()
+        _client(_patience())
 
     def send(self, question: dict[str, Any]) -> Any:
-        return _client().post(self.address, json=question).raise_for_status().json()
+        return _client(_patience()).post(self.address, json=question).raise_for_status().json()
 
 
 class ChatCaregiver(RemoteCaregiver):
     """Asks a model behind an interface as OpenAI's, whose address and key the environment has, as its client does."""
 
     def open(self) -> None:
-        _ = _chat().chat.completions  # which is imported as it is asked for
+        _ = self._server().chat.completions  # which is imported as it is asked for
 
     def send(self, question: dict[str, Any]) -> Any:
         form: Any = {"type": "json_schema", "json_schema": {"name": "answer", "strict": True, "schema": _SCHEMA}}
@@ -262,7 +262,7 @@ class ChatCaregiver(RemoteCaregiver):
             for camera, frame in question["frames"].items():
                 picture = {"url": f"data:image/png;base64,{frame}"}
                 content += [{"type": "text", "text": _CAPTIONS[camera]}, {"type": "image_url", "image_url": picture}]
-        given = _chat().chat.completions.create(
+        given = self._server().chat.completions.create(
             model=self.address,
             messages=[{"role": "system", "content": _prompt()}, {"role": "user", "content": content}],
             response_format=form,
@@ -272,6 +272,10 @@ class ChatCaregiver(RemoteCaregiver):
         if not given.choices:
             raise ValueError("the model has given no choice")
         return json.loads(given.choices[0].message.content or "")
+
+    def _server(self) -> Any:
+        key = os.environ.get("OPENAI_API_KEY", "none")  # a server on one's own machine asks for none
+        return _chat(os.environ.get(BASE_URL), key, _patience())
 
     def failures(self) -> tuple[type[Exception], ...]:
         import openai
@@ -372,20 +376,21 @@ def _prompt() -> str:
     return (importlib.resources.files(__package__) / "prompt.md").read_text("utf-8")
 
 
+def _patience() -> float:
+    return _said(PATIENCE, _PATIENCE)
+
+
 @functools.lru_cache(maxsize=1)
-def _chat() -> Any:
+def _chat(base_url: str | None, key: str, patience: float) -> Any:
     import openai
 
-    key = os.environ.get("OPENAI_API_KEY", "none")  # a server on one's own machine asks for none
-    return openai.OpenAI(api_key=key, http_client=_client(), max_retries=1)
+    return openai.OpenAI(base_url=base_url, api_key=key, http_client=_client(patience), timeout=patience, max_retries=1)
 
 
 @functools.lru_cache(maxsize=1)
-def _client() -> httpx.Client:
+def _client(patience: float) -> httpx.Client:
     """Return a client for which an answer that dribbles in, or has no end, is none."""
     import httpx2 as httpx
-
-    patience = _said(PATIENCE, _PATIENCE)
 
     class Bounded(httpx.SyncByteStream):
         def __init__(self, stream: Any, until: float):

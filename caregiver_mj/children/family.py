@@ -15,9 +15,9 @@ from caregiver_mj.children.explorer import Explorer
 from caregiver_mj.children.novice import Expert, Novice
 from caregiver_mj.children.robot_related import Adversary, Avoider, Seeker
 from caregiver_mj.children.toddler import Toddler
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.plans.floor_plan import FloorPlan, check_house
-from caregiver_mj.registry import Registry, check_call
+from caregiver_mj.registry import Registry, check_call, errors_of
 
 CHILDREN: Registry[type[Behaviour]] = Registry(
     "child",
@@ -54,6 +54,7 @@ class ChildSpec:
     def check(self) -> None:
         """Raise CaregiverError unless there can be such a child."""
         check_epsilon(self.epsilon)
+        check_kind("the name of a child", self.behaviour, str)
         CHILDREN[self.behaviour]  # there may be none, and one that comes from another package may fail to load
 
     def make(self, plan: FloorPlan) -> Behaviour:
@@ -65,7 +66,8 @@ class ChildSpec:
         self.check()
         maker = CHILDREN[self.behaviour]
         check_call(f"child '{self.behaviour}'", maker, plan, self.epsilon)
-        return maker(plan, self.epsilon)
+        with errors_of(f"child '{self.behaviour}'", "as it was made"):
+            return maker(plan, self.epsilon)
 
     def __str__(self) -> str:
         """Return its name in tables and files, of which `Family.parse` makes the same child again."""
@@ -101,11 +103,11 @@ class Family:
             return cls.parse(who)
         if isinstance(who, ChildSpec | Behaviour):
             return cls((who,))
-        if isinstance(who, Sequence) or (isinstance(who, np.ndarray) and who.ndim):
+        if not isinstance(who, bytes) and (isinstance(who, Sequence) or (isinstance(who, np.ndarray) and who.ndim)):
             return cls(tuple(child for one in who for child in cls.of(one).children))
         try:
             return cls((ChildSpec(float(who)),))
-        except TypeError:
+        except (TypeError, ValueError, OverflowError):
             raise CaregiverError(f"children must be an epsilon, a text, or several of these, got {who!r}") from None
 
     @classmethod

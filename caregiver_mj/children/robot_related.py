@@ -22,7 +22,7 @@ class Seeker(Novice):
         self._adversary = Adversary(plan, epsilon)
 
     def act(self, sight: Sight, draws: np.ndarray) -> np.ndarray:
-        seeks = (draws[:, 0] >= self.epsilon) & (sight.caregiver_cell != NOTHING)
+        seeks = (draws[:, 0] >= self.epsilons(len(draws))) & (sight.caregiver_cell != NOTHING)
         return np.where(seeks, self._adversary.act(sight, draws), super().act(sight, draws))
 
 

@@ -72,7 +72,7 @@ class Toddler(Novice):
         sets_out = rests & (draws[:, 0] < self._setting_out)
         rounding = draws[:, 0] / self._setting_out  # uniform in [0, 1) if it sets out
         moves = np.floor(bout_steps(draws[:, 1]) * self._moves_a_step + rounding).astype(int)
-        self._has_goal = np.where(sets_out, draws[:, 2] >= self.epsilon, self._has_goal)
+        self._has_goal = np.where(sets_out, draws[:, 2] >= self.epsilons(len(draws)), self._has_goal)
         self._moves_left = np.where(sets_out, moves, np.maximum(self._moves_left - 1, 0))
         return np.where(rests, NOTHING, action)
 

@@ -78,7 +78,7 @@ class Belief:
         worlds, children = np.nonzero(move >= 0)
         if not worlds.size:
             return
-        self._seen *= _FADES
+        self._seen[worlds, children] *= _FADES  # of those alone that moved: the others of a batch are none of theirs
         where = worlds, children, cell[worlds, children]
         seen, moves = self._seen[where], self._seen.shape[-1]
         what = move[worlds, children]

@@ -95,10 +95,20 @@ class ChildChain:
     @functools.cached_property
     def hits(self) -> np.ndarray:
         """Probability that the next move from each state bumps into each object, (states, objects)."""
+        return self._hits(np.ones_like(self.ends))
+
+    @functools.cached_property
+    def last_hits(self) -> np.ndarray:
+        """The same of those bumps that end the child's goal: then it draws another one."""
+        return self._hits(self.ends)
+
+    def _hits(self, counts: np.ndarray) -> np.ndarray:
+        """The same of moves that count with each goal, bool (cells, moves, G)."""
         cell, move = np.nonzero(self.object_at >= 0)
         hits = np.zeros((*self.shape, self.objects))
         where = cell, slice(None), slice(None), self.object_at[cell, move]
-        np.add.at(hits, where, self.moves[cell, :, :, move])  # type: ignore[arg-type]  # NumPy's stubs know no slices
+        chance = self.moves[cell, :, :, move] * counts[cell, move][:, :, None]
+        np.add.at(hits, where, chance)  # type: ignore[arg-type]  # NumPy's stubs know no slices
         return hits.reshape(self.size, self.objects)
 
 
@@ -108,11 +118,13 @@ def first_passage(chain: ChildChain, timesteps: int, groups: np.ndarray | None =
     Objects are asked about together, for bumps into any of them, in groups: bool (objects, groups). Left out, each is
     asked about alone. The array is (states, objects), or (states, groups).
     """
-    hits = chain.hits if groups is None else chain.hits @ groups
+    hits, last = (each if groups is None else each @ groups for each in (chain.hits, chain.last_hits))
     within = np.zeros(hits.shape)
     for _ in range(timesteps):
-        # A move that bumps leaves the child in its state: what would have followed it is taken out again.
-        within = hits + chain.transition @ within - hits * within
+        # A move that bumps leaves the child in its cell: what would have followed it is taken out again, with the goal
+        # that it keeps or, where a bump ends that, with those that it draws.
+        drawn = np.einsum("gh,chen->cgen", chain.next_goal, within.reshape(*chain.shape, -1)).reshape(hits.shape)
+        within = hits + chain.transition @ within - hits * within - last * (drawn - within)
     return within
 
 

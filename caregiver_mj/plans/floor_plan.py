@@ -33,6 +33,7 @@ from caregiver_mj.plans.hazards import KINDS, DamageWeights, Hazards, Where, kin
 
 _FENCED = tuple(kind.symbol for kind in KINDS if kind.fenced)
 _LARGEST = 1_000_000  # bytes of a file with a plan, more than any house has cells
+_LARGEST_CELL = 1e3  # metres
 DEFAULT_CELL_SIZE = 0.75  # metres; a toddler's timestep at 1.6 km/h is then 1.69 s
 
 
@@ -125,7 +126,7 @@ class FloorPlan:
         if first is None:
             raise FloorPlanError(f"floor plan '{name}' line 1, column 1: the plan must not be empty")
         last = max(i for i, line in enumerate(lines) if line)
-        if not (isinstance(cell_size, numbers.Real) and np.isfinite(cell_size) and cell_size > 0):
+        if not (isinstance(cell_size, numbers.Real) and 0 < cell_size <= _LARGEST_CELL):
             raise FloorPlanError(f"floor plan '{name}': the cell size must be a positive length, got {cell_size} m")
         plan = cls(name, tuple(lines[first : last + 1]), float(cell_size), DamageWeights.of(damage))
         validate(plan, first_line=first + 1)

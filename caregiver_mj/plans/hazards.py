@@ -110,8 +110,8 @@ _IN_SHORT = tuple(kind.name for kind in (STAIRWELL, CANDLE, TABLE))  # of "5:4:1
 
 
 def kinds_at(*where: Where) -> tuple[HazardKind, ...]:
-    """Return the kinds that are in some place, in the order of `KINDS`."""
-    return tuple(kind for kind in KINDS if kind.where in where)
+    """Return the kinds that are in some place, in the order of `KINDS`, but those with a fence last."""
+    return tuple(sorted((kind for kind in KINDS if kind.where in where), key=lambda kind: kind.fenced))
 
 
 class DamageWeights(Mapping[str, float]):
@@ -134,9 +134,9 @@ class DamageWeights(Mapping[str, float]):
         for name, value in (given | by_name).items():
             if name not in self._weights:
                 raise CaregiverError(f"no kind of damage '{name}': there are {', '.join(self._weights)}")
-            if not (isinstance(value, numbers.Real) and math.isfinite(value) and float(value) >= 0):
+            if not (isinstance(value, numbers.Real) and 0 <= value < math.inf):
                 raise CaregiverError(f"the damage of a {name} must be a number of at least 0, got {value!r}")
-            if float(value) > MOST_DAMAGE:
+            if value > MOST_DAMAGE:
                 raise CaregiverError(f"the damage of a {name} must be at most {MOST_DAMAGE:g}, got {value!r}")
             self._weights[name] = float(value)
 

@@ -70,13 +70,14 @@ class Request:
     @classmethod
     def from_name(cls, name: str) -> Request | None:
         """Read the name of a generated house; None if it is no such name."""
-        counts = "".join(rf"(?:-{field}(?P<{field}>\d+))?" for field in _FIELDS)
-        found = re.fullmatch(rf"(house|home)-(?P<seed>\d+)(?:-(?P<width>\d+)x(?P<height>\d+))?{counts}", name, re.ASCII)
+        counts = "".join(rf"(?:-{field}(?P<{field}>\d{{1,9}}))?" for field in _FIELDS)
+        size = r"(?:-(?P<width>\d{1,9})x(?P<height>\d{1,9}))?"
+        found = re.fullmatch(rf"(house|home)-(?P<seed>\d{{1,20}}){size}{counts}", name, re.ASCII)
         if found is None:
             return None
-        size = None if found["width"] is None else (int(found["width"]), int(found["height"]))
+        sides = None if found["width"] is None else (int(found["width"]), int(found["height"]))
         wishes = {field: None if found[field] is None else int(found[field]) for field in _FIELDS}
-        return cls(int(found["seed"]), size, **wishes, home=found[1] == "home")
+        return cls(int(found["seed"]), sides, **wishes, home=found[1] == "home")
 
     def check(self) -> None:
         """Raise FloorPlanError if there can be no such house."""

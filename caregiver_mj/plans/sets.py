@@ -49,10 +49,10 @@ def house(name: str) -> FloorPlan | None:
     if (request := Request.from_name(name)) is not None:
         return design(request)[0]
     shape, _, seed = name.rpartition("-")
-    if shape in SHAPES and re.fullmatch(r"\d+", seed, re.ASCII):
+    if shape in SHAPES and re.fullmatch(r"\d{1,20}", seed, re.ASCII):
         return generate_shape(shape, int(seed))
     found, _, index = name.rpartition("/")
-    if not re.fullmatch(r"\d+", index, re.ASCII) or (names := _names(found)) is None:
+    if not re.fullmatch(r"\d{1,20}", index, re.ASCII) or (names := _names(found)) is None:
         return None
     if int(index) >= len(names):
         raise FloorPlanError(f"no floor plan '{name}': the houses of {found} are {found}/0 to {found}/{len(names) - 1}")

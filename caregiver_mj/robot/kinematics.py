@@ -27,6 +27,7 @@ from caregiver_mj.robot.view import LOOSE, View
 
 _TOLERANCE = 1e-5  # metres and radians
 _ITERATIONS = 40
+_DIGITS = 9  # of a joint in radians
 _STEP = 0.5  # radians, the most that a joint goes in an iteration
 _CLEAR = 0.02  # metres that parts of the robot stay away from each other
 _NEIGHBOURS = 2  # joints between two parts that meet at them, as they do all the time
@@ -109,7 +110,8 @@ class Arm:
             self._task.set_target(mink.SE3.from_rotation_and_translation(mink.SO3.from_matrix(rotation), position))
             for _ in range(_ITERATIONS):
                 if np.abs(self._task.compute_error(self._configuration)).max() < _TOLERANCE:
-                    return self._configuration.q[self._arm].copy()
+                    # Rounded, for its last digits depend on the processor, by whose kind BLAS chooses its kernels.
+                    return self._configuration.q[self._arm].round(_DIGITS)
                 try:
                     velocity = mink.solve_ik(self._configuration, tasks, 1.0, "daqp", limits=self._limits)
                 except mink.MinkError:

@@ -183,7 +183,8 @@ class Watched:
 
     def options(self) -> str:
         """Return the options that say the same on the command line."""
-        said: dict[str, object] = {"house": self.house, "epsilon": self.family}
+        house = self.house.name if isinstance(self.house, FloorPlan) else self.house
+        said: dict[str, object] = {"house": house, "epsilon": self.family}
         said |= {"caregiver": self.caregiver, "seed": self.seed}
         if self.number is not None:
             said["episode"] = self.number

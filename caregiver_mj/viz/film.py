@@ -125,7 +125,7 @@ def render_episode(
         seconds: Length of the film; less if the episode is over before.
         caregiver: Name of the caregiver, or of a policy; without a robot for "none".
         embodiment: Name of the robot.
-        sight: What the caregiver has to see with, `all` or `walls`.
+        sight: What the caregiver has to see with: `all`, `walls`, `camera` or `rooms:N`.
         width: Width of the picture in pixels, even.
         height: Height of the picture in pixels, even.
         fps: Frames a second.
@@ -162,7 +162,7 @@ def render_episode(
     )
     filmed = watched.begin(foresees)
     best: tuple[float, np.ndarray | None] = (math.inf, None)
-    count = max(1, round(seconds * fps))
+    count = max(1, round(min(seconds, filmed.env.task.time_limit) * fps))
     with contextlib.closing(filmed.env), progress_bar(quiet) as bar, film_writer(path, width, height, fps) as write:
         taken = bar.add_task("frames", total=count)
         shots = studio(filmed, width, height, camera, round(_TRAIL_SECONDS * fps))

@@ -134,3 +134,9 @@ def test_a_child_that_bars_every_way_for_long():
     for _ in range(130):
         world.step()
     assert world.ledger.interventions_done[0] == 0
+
+
+@pytest.mark.parametrize(("house", "what"), [("house-17-gates1", "a gate"), ("house-17-batteries1", "battery 1")])
+def test_who_knows_neither_to_close_nor_to_pick_up_is_refused_where_that_is_asked(house, what):
+    with pytest.raises(CaregiverError, match=f"no gate, and nothing on its floor, for 'clairvoyant', got {what}"):
+        ClairvoyantCaregiver(FloorPlan.load(house))

@@ -280,6 +280,17 @@ def test_a_second_run_in_one_process_has_its_own_budget(server, monkeypatch):
     assert server.asked
 
 
+def test_each_run_in_one_process_asks_its_own_server(monkeypatch):
+    plan, found = FloorPlan.load("paper"), []
+    for key, base_url in (("one", "http://127.0.0.1:1/v1"), ("two", "http://127.0.0.1:2/v1")):
+        monkeypatch.setenv("OPENAI_API_KEY", key)
+        monkeypatch.setenv(remote.PATIENCE, "5" if key == "one" else "6")
+        with remote.asking(base_url=base_url):
+            server = make_caregiver("chat:none", plan)._server()
+        found.append((server.api_key, str(server.base_url), server.timeout.read))
+    assert found == [("one", "http://127.0.0.1:1/v1/", 5.0), ("two", "http://127.0.0.1:2/v1/", 6.0)]
+
+
 def test_frames_are_refused_where_there_is_no_camera(server, tmp_path, monkeypatch, capsys):
     command = ["evaluate", "--world", "grid", "--caregiver", "none", server.address, "--frames"]
     assert main([*command, "--out", str(tmp_path / "run")]) != 0

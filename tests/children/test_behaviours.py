@@ -152,6 +152,20 @@ def test_the_avoider_steps_into_the_caregiver_only_where_no_other_way_is_open(te
 CORRIDOR = FloorPlan.parse("########\n#.....B#\n########")
 
 
+class Careless(Seeker):
+    """One that has become careless."""
+
+    def epsilons(self, batch):
+        return np.ones(batch)
+
+
+def test_the_seeker_strays_as_much_as_it_says_now():
+    middle, west = 2, 0
+    chance = draws((0.3, 0.5, 0))
+    assert Seeker(CORRIDOR, 0.0).act(see(middle, 0, west), chance).tolist() == [WEST]
+    assert Careless(CORRIDOR, 0.0).act(see(middle, 0, west), chance).tolist() == [SOUTH]
+
+
 def test_the_seeker_goes_to_the_caregiver_or_at_random_by_hand():
     seeker = Seeker(CORRIDOR, 0.3)
     middle, west = 2, 0

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from caregiver_mj.caregivers.foresight.child_model import child_chain
 from caregiver_mj.danger.chain import (
     ChildChain,
     discounted_entry,
@@ -11,6 +12,7 @@ from caregiver_mj.danger.chain import (
     first_passage,
     presence,
 )
+from caregiver_mj.plans.floor_plan import FloorPlan
 
 
 @pytest.fixture
@@ -29,6 +31,23 @@ def test_first_passage(corridor):
     assert first_passage(corridor, 2)[:, 0] == pytest.approx([0, 0.25, 0, 0.5])
     assert first_passage(corridor, 3)[:, 0] == pytest.approx([0, 0.375, 0, 0.5 + 0.5 * 0.25])
     assert first_passage(corridor, 1000)[:, 0] == pytest.approx([0, 1, 0, 1])  # sooner or later
+
+
+def test_a_bump_that_ends_a_goal_is_followed_by_another_goal():
+    # One cell between two objects, each of which is a goal of a child that makes no random move: it bumps into its own
+    # every time, and then has each as often. So it is sure to meet its own, and the other by 1 - 1/2 ^ (n - 1).
+    greedy, ends = np.eye(2)[None], np.eye(2, dtype=bool)[None]
+    chain = ChildChain(greedy, np.zeros(1), np.zeros((1, 2), int), ends, np.array([[0, 1]]), 2)
+    for moves, other in ((1, 0.0), (2, 0.5), (3, 0.75), (15, 1 - 2.0**-14)):
+        assert first_passage(chain, moves) == pytest.approx(np.array([[1.0, other], [other, 1.0]]))
+
+
+@pytest.mark.parametrize("house", ["paper", "house-17"])
+def test_what_happens_within_a_time_happens_within_a_longer_one(house):
+    chain = child_chain(FloorPlan.load(house))
+    found = np.stack([first_passage(chain, moves) for moves in range(6)])
+    assert (np.diff(found, axis=0) >= -1e-12).all()
+    assert found.max() <= 1 + 1e-12
 
 
 def test_first_entry(corridor):

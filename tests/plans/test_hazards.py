@@ -1,11 +1,14 @@
 """Hazards and their damage: exact values by hand, and the two ways of numbering against each other."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.plans import hazards
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import BATTERY, CANDLE, NOTHING, STAIRWELL, DamageWeights, Hazard, Hazards, Where
 
@@ -55,6 +58,18 @@ def test_damage_is_said_by_name_and_what_is_not_said_is_that_of_the_paper():
 def test_damage_of_no_kind_or_no_number_is_refused(damage, words):
     with pytest.raises(CaregiverError, match=words):
         DamageWeights.of(damage)
+
+
+def test_openings_with_a_fence_are_the_last_ones_wherever_their_kind_stands(monkeypatch):
+    window = dataclasses.replace(STAIRWELL, name="window", symbol="W", model="window")
+    monkeypatch.setattr(hazards, "KINDS", (*hazards.KINDS, window))
+    assert hazards.kinds_at(Where.OPENING) == (STAIRWELL, window, hazards.GATE)
+
+
+@pytest.mark.parametrize("damage", [10**400, 10.0**7])
+def test_no_damage_is_too_large_to_be_told(damage):
+    with pytest.raises(CaregiverError, match="must be at most"):
+        DamageWeights(candle=damage)
 
 
 def test_stairwells_come_first_then_candles():

@@ -53,6 +53,10 @@ class GuardStairs(CareTask):
         return float(np.abs(self._way(physics)).max() < 0.1)
 
 
+class Unfinished(CareTask):
+    """It has no reward."""
+
+
 @pytest.fixture
 def stay_calm(monkeypatch):
     monkeypatch.setitem(caregiver_mj.tasks.TASKS, "stay_calm", TaskSpec("stay_calm", StayCalm))
@@ -104,6 +108,19 @@ def test_what_it_needs_is_seen_to():
         caregiver_mj.tasks.load("stay_calm", bare)
     with pytest.raises(CaregiverError, match="stay_calm needs the robot"):
         caregiver_mj.tasks.load("stay_calm", PLAN, task_kwargs={"robot": False})
+
+
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [
+        ("collections:OrderedDict", "task 'mine' must be a subclass of CareTask, got <class"),
+        (f"{__name__}:Unfinished", "task 'mine' must have get_reward, got Unfinished without"),
+    ],
+)
+def test_a_task_that_is_none_is_refused_in_a_line(kind, words, monkeypatch):
+    monkeypatch.setitem(caregiver_mj.tasks.TASKS, "mine", TaskSpec("mine", kind))
+    with pytest.raises(CaregiverError, match=words):
+        caregiver_mj.load("mine", PLAN)
 
 
 @pytest.mark.parametrize(

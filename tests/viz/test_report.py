@@ -1,5 +1,6 @@
 """The report: its numbers worked out by hand, and its files."""
 
+import dataclasses
 import json
 import re
 
@@ -7,7 +8,7 @@ import imageio_ffmpeg
 import numpy as np
 import pandas as pd
 import pytest
-from made_runs import TINY, undrawn, write_run
+from made_runs import PAPER, TINY, undrawn, write_run
 from test_cli import fails
 
 from caregiver_mj import cli
@@ -86,6 +87,28 @@ def test_the_paper_is_cited_for_its_own_house_alone(tmp_path, page):
     paper, tiny = report.read_run(write_run(tmp_path / "paper")), report.read_run(other)
     assert "published" in side_by_side([paper, paper])["table"].columns
     assert "published" not in side_by_side([paper, tiny])["table"].columns
+
+
+@pytest.mark.usefixtures("words_alone")
+def test_what_caregivers_saw_is_said_and_the_paper_is_not_cited_where_that_is_not_all(tmp_path, page):
+    run = report.read_run(write_run(tmp_path / "walls", sight="walls"))
+    assert "--sight walls" in run.command()
+    assert run.title == "Grid, sight walls (paper)"
+    assert "sight" not in report.read_run(write_run(tmp_path / "all")).command()
+    assert "published" not in report.write_report([tmp_path / "walls"]).read_text("utf-8")
+
+
+def test_houses_to_learn_in_come_after_those_that_nobody_has_seen(tmp_path):
+    run = report.read_run(write_run(tmp_path / "run"))
+    for houses, rank in (
+        ("test-2", 0),
+        ("shapes-test-2", 0),
+        ("train-2", 1),
+        ("shapes-train-2", 1),
+        ("home-train-2", 1),
+    ):
+        settings = dataclasses.replace(run.settings, houses=houses, plans=(PAPER, TINY))
+        assert dataclasses.replace(run, settings=settings).rank == rank
 
 
 def test_statistics(page):

@@ -41,10 +41,10 @@ class ClairvoyantCaregiver(ToldCaregiver, Caregiver):
 
     def __init__(self, plan: FloorPlan, seed: int = 0):
         super().__init__(plan, seed)
-        if plan.floor_cells:
-            what = plan.hazards.at(Where.FLOOR)[0]
+        if plan.floor_cells or plan.mouths:  # it knows neither to pick up nor to close
+            what = plan.hazards.at(Where.FLOOR)[0] if plan.floor_cells else "a gate"
             raise CaregiverError(
-                f"floor plan '{plan.name}' must have nothing on its floor for 'clairvoyant', got {what}"
+                f"floor plan '{plan.name}' must have no gate, and nothing on its floor, for 'clairvoyant', got {what}"
             )
         layouts, stairwells = math.comb(len(plan.tables), len(plan.candle_tables)), len(plan.stairwells)
         # A post, or a table that bears a candle, in each layout: counted before any of them is made.

@@ -34,11 +34,13 @@ from caregiver_mj.caregivers.foresight.child_model import child_chain
 from caregiver_mj.caregivers.foresight.motion import motion
 from caregiver_mj.caregivers.percept import PAPER, Pace
 from caregiver_mj.danger.chain import ChildChain, discounted_entry, expected_hits
+from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, TABLE, Where
 
 # States of all tables, layouts of each: where there are more, fewer candles are planned for at a time.
 LARGEST, LAYOUTS = 40_000_000, 128
+MOST_TABLES = 63  # a bit each in a layout's number
 GATES = 3  # where there are more, it is not planned at all
 # Shares of the damage to a child alone to begin the iteration with: about what is left of it.
 _BEGIN, _BEGIN_BARE = 0.05, 1.0  # of falls and of candles; of bare tables, which nobody can take away
@@ -104,7 +106,7 @@ def candles_at_a_time(plan: FloorPlan) -> int:
     states = len(plan.free_cells) * len(_possible(child_chain(plan))) * len(plan.caregiver_cells) << len(plan.mouths)
     states *= 1 + len(plan.floor_cells)
     tables, candles = len(plan.tables), len(plan.candle_tables)
-    layouts = {count: math.comb(tables, count) for count in range(candles + 1)}
+    layouts = {count: math.comb(tables, count) for count in range((candles if tables <= MOST_TABLES else 0) + 1)}
     return max((n for n, ways in layouts.items() if ways <= LAYOUTS and states * ways <= LARGEST), default=-1)
 
 
@@ -544,6 +546,8 @@ class AllLayouts:
     """
 
     def __init__(self, tables: int, candles: int):
+        if candles and tables > MOST_TABLES:
+            raise CaregiverError(f"tables must be at most {MOST_TABLES} to plan for candles, got {tables}")
         self.candles = candles
         chosen = itertools.combinations(range(tables), candles)
         self.bears = np.array([[table in some for table in range(tables)] for some in chosen], bool)

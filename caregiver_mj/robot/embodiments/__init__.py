@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.registry import Registry, check_call
+from caregiver_mj.registry import Registry, check_call, errors_of
 from caregiver_mj.robot.embodiment import DEFAULT, Embodiment
 
 
@@ -49,7 +49,8 @@ def find_embodiment(which: Embodiment | str | None = None) -> Embodiment:
 
 @functools.cache
 def _made(name: str) -> Embodiment:
-    made = EMBODIMENTS[name]()
+    with errors_of(f"robot '{name}'", "as it was made"):
+        made = EMBODIMENTS[name]()
     if not isinstance(made, Embodiment):
         raise CaregiverError(f"robot '{name}' must be an Embodiment, got {type(made).__name__}")
     return made

@@ -231,6 +231,9 @@ class PickUp(Reaching):
     def _step_aside(self, view: View, robot: RobotMotion) -> None:
         """Get away from the children, and turn what the hand passes over away from the nearest, be it at a creep."""
         (x, y), place = _way_to_tray(arm_of(self.embodiment))[2], view.base[:2]
+        if not view.children:  # out of sight, it may stand anywhere
+            self._aside.step(view, robot)
+            return
         child = min((child.position for child in view.children), key=functools.partial(math.dist, place))
         yaw = math.atan2(place[1] - child[1], place[0] - child[0]) - math.atan2(y, x)
         if math.isinf(self._yaw) or abs(math.remainder(yaw - self._yaw, math.tau)) > _ANOTHER:

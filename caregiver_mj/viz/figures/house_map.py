@@ -76,5 +76,5 @@ def _ticks(top: float) -> np.ndarray:
     if top <= 0:
         return np.zeros(1)
     step = 10.0 ** np.floor(np.log10(top))
-    step *= max(s for s in (1, 2, 5) if s * step <= top)
+    step *= max((s for s in (1, 2, 5) if s * step <= top), default=1)  # the logarithm may have been rounded up
     return np.array([0.0, 0.1, 0.4, 1.0, 2.0]) * step

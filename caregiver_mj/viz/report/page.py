@@ -232,6 +232,7 @@ def make_film(runs: Sequence[Run], folder: str | os.PathLike[str]) -> Film:
         episode=0,
         caregiver=run.caregiver,
         embodiment=run.settings.embodiment,
+        sight=run.settings.sight,
         **_PICTURE,
     )
     whose = "of the run" if run.settings.world == "house" else "with the children of the run in the grid"

@@ -35,12 +35,11 @@ _NEITHER = (float("nan"), float("nan"))
 def compares_with(run: Run) -> bool:
     """Return whether the paper's numbers mean anything for a run.
 
-    They are of one novice, in a house of the paper's own that is not published. House `paper` stands in for it, and
-    no other does.
+    They are of one novice, in a house of the paper's own that is not published, and of a caregiver that sees
+    everything. House `paper` stands in for it, and no other does.
     """
-    return run.settings.plans == (FloorPlan.load("paper"),) and any(
-        len(words.members(family)) == 1 for family in run.families
-    )
+    its_own = run.settings.plans == (FloorPlan.load("paper"),) and run.settings.sight == "all"
+    return its_own and any(len(words.members(family)) == 1 for family in run.families)
 
 
 def means(run: Run, column: str, family: str) -> tuple[float, float] | None:

@@ -52,7 +52,7 @@ class Run(Finished):
     def rank(self) -> int:
         """Where it stands on a page: unseen houses first, then those to learn in, a single one, and `paper` last."""
         if self.houses > 1:
-            return int(self.settings.houses.startswith("train-"))
+            return int(re.match("(shapes-|home-)?train-", self.settings.houses) is not None)
         return 3 if self.settings.plan.name == "paper" else 2
 
     @property
@@ -64,6 +64,8 @@ class Run(Finished):
     @property
     def title(self) -> str:
         world, place = _WORLDS[self.settings.world], self.settings.place
+        if self.settings.sight != "all":
+            world += f", sight {self.settings.sight}"
         if self.houses > 1:
             return f"{world}, {self.houses} houses" + (f" ({place})" if len(place) <= _LONGEST else "")
         return f"{world} ({place})"
@@ -127,6 +129,8 @@ class Run(Finished):
             command += ["--damage", str(damage)]
         if settings.embodiment != DEFAULT:
             command += ["--embodiment", settings.embodiment]
+        if settings.sight != "all":
+            command += ["--sight", settings.sight]
         command += ["--caregiver", *settings.caregivers, "--epsilon", *self.families]
         return "\n".join(
             shlex.join([*command, "--episodes", str(episodes), "--seed", str(seed)]) for seed, episodes in self.seeds

@@ -164,6 +164,9 @@ class Panel:
         raise CaregiverError(f"no house '{name}': a file is named on the command line, --house FILE")
 
     def _family(self) -> Family:
+        """The children; code likewise."""
+        if any(part.count(":") > 1 for part in self._epsilon.value.split(",")):
+            raise CaregiverError(f"no child '{self._epsilon.value}': your own is named on the command line, --child")
         family, count = Family.parse(self._epsilon.value, self._child.value), int(self._children.value)
         if len(family) == 1:
             return family.times(count)

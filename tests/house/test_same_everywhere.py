@@ -1,0 +1,38 @@
+"""An episode is the same on processors for which BLAS takes other kernels: which differ in their last digits."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+EPISODE = """
+import hashlib, sys
+import caregiver_mj
+import numpy as np
+
+env = caregiver_mj.load("supervise", "house-17", 1.0, random=3, visuals=False)
+policy, step, states = caregiver_mj.CaregiverPolicy(env, sys.argv[1]), env.reset(), hashlib.sha256()
+for _ in range(1500):
+    step = env.step(policy(step))
+    states.update(env.physics.data.qpos.tobytes())
+random = np.random.default_rng(0)
+product = random.normal(size=(50, 50)) @ random.normal(size=(50, 50))
+print(states.hexdigest(), hashlib.sha256(product.tobytes()).hexdigest())
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("caregiver", ["expected-danger", "foresight"])
+def test_a_house_is_the_same_whatever_the_processor(caregiver):
+    states, products = set(), set()
+    for kernel in ("Haswell", "Sandybridge", "Nehalem"):
+        environment = os.environ | {"OPENBLAS_CORETYPE": kernel}
+        command = [sys.executable, "-c", EPISODE, caregiver]
+        ran = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+        state, product = ran.stdout.split()
+        states.add(state)
+        products.add(product)
+    if len(products) == 1:
+        pytest.skip("NumPy's BLAS is another one, or does not do as it is told here")
+    assert len(states) == 1
