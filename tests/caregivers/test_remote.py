@@ -287,7 +287,7 @@ def test_each_run_in_one_process_asks_its_own_server(monkeypatch):
         monkeypatch.setenv(remote.PATIENCE, "5" if key == "one" else "6")
         with remote.asking(base_url=base_url):
             server = make_caregiver("chat:none", plan)._server()
-        found.append((server.api_key, str(server.base_url), server.timeout.read))
+        found.append((server.api_key, str(server.base_url), server.timeout))
     assert found == [("one", "http://127.0.0.1:1/v1/", 5.0), ("two", "http://127.0.0.1:2/v1/", 6.0)]
 
 
