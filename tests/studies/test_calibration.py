@@ -41,12 +41,10 @@ def test_the_first_prediction_by_hand():
     makes_for = np.array([False] * 9 + [True] * 2)
     each = at_random + np.where(makes_for, (1 - 4 * at_random) / 3, 0.0)  # probability of every object
     assert watched.predicted[0, 0, :, :3] == pytest.approx(weight @ each)
-    # Within two: unless it happens in neither. Whoever has made for one wants to a toy then, as likely as not; only
-    # what is taken out, for it has happened already, is taken for as probable as before.
+    # Within two: at once, or after another one of the three, or none. Whoever has made for one wants to a toy then, as
+    # likely as not.
     then = np.where(makes_for, (each + at_random) / 2, each)  # after a bump
-    assert watched.predicted[1, 0, :, 0] == pytest.approx(
-        weight @ (each + 3 * each * then + (1 - 3 * each) * each - each**2)
-    )
+    assert watched.predicted[1, 0, :, 0] == pytest.approx(weight @ (each + 2 * each * then + (1 - 3 * each) * each))
     assert watched.predicted[0, 0, :, -1] == pytest.approx(weight @ each * 3)  # anything
     assert watched.possible.all()
     # Every move tells: the toy speaks for a careful child.
