@@ -69,7 +69,7 @@ def test_a_plan_is_refused_where_there_is_no_other_cell_or_no_way(text, words):
 
 
 def test_whoever_knows_the_future_does_not_take_it_yet():
-    with pytest.raises(CaregiverError, match="'things' must have no gate, .* for 'clairvoyant', got battery 1"):
+    with pytest.raises(CaregiverError, match=r"'things' must have no gate, .* for 'clairvoyant', got battery 1"):
         make_caregiver("clairvoyant", HOUSE)
 
 
