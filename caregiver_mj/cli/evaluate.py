@@ -49,10 +49,9 @@ def add_evaluate(command: argparse.ArgumentParser) -> None:
     parsing.add_embodiment(command)
     parsing.add_sight(command)
     command.add_argument("--base-url", metavar="URL", help="where chat:MODEL is; its key is in OPENAI_API_KEY")
-    command.add_argument(
-        "--max-calls", type=int, metavar="N", help="of models and servers, in a process; then they abstain"
-    )
-    command.add_argument("--max-tokens", type=int, metavar="N", help="of models, in a process; then they abstain")
+    until = "of each process; then they abstain"
+    command.add_argument("--max-calls", type=int, metavar="N", help=f"questions to models and servers {until}")
+    command.add_argument("--max-tokens", type=int, metavar="N", help=f"tokens of models {until}")
     command.add_argument(
         "--thinking",
         choices=(remote.WAITS, remote.REAL_TIME),

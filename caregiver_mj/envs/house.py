@@ -70,7 +70,7 @@ class HouseEnv(gymnasium.Env):
         """
         check_render_mode(render_mode)
         self.render_mode = render_mode
-        kwargs = {"random": 0, **(task_kwargs or {})}  # what the house itself is drawn from: see `reset` of episodes
+        kwargs = {"random": 0, **(task_kwargs or {})}  # of tables that are drawn; an episode has a seed of its own
         self.dm_env = load(task, house, epsilon, task_kwargs=kwargs, visuals=render_mode is not None)
         self._picture = {} if render_mode is None else picture(self.dm_env.physics, width, height, camera)
         self.metadata = self.metadata | {"render_fps": round(1 / self.dm_env.control_timestep())}

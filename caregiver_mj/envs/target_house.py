@@ -42,7 +42,7 @@ class TargetHouse:
         **options: Any,
     ):
         """Make it; the options are further arguments of `Encoder`."""
-        kwargs = {"random": 0, **(task_kwargs or {})}  # what the house itself is drawn from, as in `HouseEnv`
+        kwargs = {"random": 0, **(task_kwargs or {})}  # of tables that are drawn, as in `HouseEnv`
         self.dm_env = load("supervise", house, epsilon, task_kwargs=kwargs, visuals=visuals)
         task = self.dm_env.task
         self.caregiver = CommandedCaregiver(task.plan)
