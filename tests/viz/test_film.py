@@ -55,6 +55,16 @@ def test_film_shows_house_and_display_and_the_still_is_its_middle(short_film):
     assert difference.min() < 5  # the film is compressed
 
 
+@pytest.mark.slow
+def test_the_still_is_from_the_middle_of_a_film_that_ends_before_it_was_to(tmp_path):
+    path, still = tmp_path / "film.mp4", tmp_path / "still.png"
+    film(path, task="block_stairs", caregiver="expected-danger", seconds=300, fps=1.0, still=still)
+    frames = iio.imread(path, plugin="FFMPEG").astype(int)
+    assert len(frames) == 60  # seconds of an episode of this task
+    nearest = np.abs(frames - iio.imread(still)).mean(axis=(1, 2, 3)).argmin()
+    assert abs(nearest - 30) <= 1
+
+
 @pytest.mark.parametrize(
     ("name", "settings", "message"),
     [
