@@ -119,6 +119,14 @@ def test_a_robot_picks_it_up_by_contact_into_its_tray(robot):
     assert env.task.outcome()["damage"] == env.task.strikes == 0
 
 
+def test_a_robot_that_keeps_away_from_children_may_see_none_of_them():
+    _, policy, step = picking("mobile_fr3")
+    policy(step)
+    skill, (view, *_) = skill_of(policy), policy._seen
+    skill._step_aside(dataclasses.replace(view, children=()), policy.robot)
+    assert skill._aside.cell is not None
+
+
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_things_come_to_lie_side_by_side_in_the_tray(robot):
     env, policy, step = picking(robot, room=PAIR)
