@@ -79,5 +79,5 @@ class Eyes:
 def _in_picture(offsets: np.ndarray, yaw: float) -> np.ndarray:
     """Return which offsets, (n, 2), from a camera with a heading are in its picture, bool (n,)."""
     far = np.linalg.norm(offsets, axis=1)
-    ahead = offsets @ (np.cos(yaw), np.sin(yaw))
+    ahead = offsets[:, 0] * np.cos(yaw) + offsets[:, 1] * np.sin(yaw)
     return (far <= CAMERA_RANGE) & (ahead >= np.cos(CAMERA_WIDTH / 2) * far)

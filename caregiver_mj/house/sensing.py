@@ -222,7 +222,9 @@ class Sensor:
         yaw = float(exact["base_position"][2]) if "base_position" in exact else 0.0
         c, s = math.cos(yaw), math.sin(yaw)
         turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-        errors[lifted] = np.hstack([errors[lifted, :3] @ turn, errors[lifted, 3:] @ turn])  # it turns with the robot
+        errors[lifted] = np.einsum("nki,ij->nkj", errors[lifted].reshape(-1, 2, 3), turn).reshape(
+            -1, 6
+        )  # it turns with the robot
         errors += eye.noise()
         turned = np.array([_turned(q, error) for q, error in zip(orientations, errors[:, 3:], strict=True)])
         shown = eye.show(np.hstack([positions + errors[:, :3], turned.reshape(-1, 4)]))
@@ -240,7 +242,7 @@ class Sensor:
 def _turned(quaternion: np.ndarray, rotation: np.ndarray) -> np.ndarray:
     """A quaternion (4,), turned in the house by a rotation vector (3,) in radians."""
     by, turned = np.empty(4), np.empty(4)
-    angle = float(np.linalg.norm(rotation))
+    angle = math.hypot(*rotation.tolist())
     mujoco.mju_axisAngle2Quat(by, rotation / angle if angle else np.array([0.0, 0.0, 1.0]), angle)
     mujoco.mju_mulQuat(turned, by, quaternion)
     return turned

@@ -102,7 +102,7 @@ class TouchReader:
         mujoco.mj_objectVelocity(self._model, data, mujoco.mjtObj.mjOBJ_GEOM, other, velocity, 0)
         surface = velocity[3:] + _cross(velocity[:3], contact.pos[number] - data.geom_xpos[other])
         if self.robot is None or kind == "panel":
-            return Touch(child, kind, index, direction, -float(surface @ normal))
+            return Touch(child, kind, index, direction, -_dot(surface, normal))
         mujoco.mj_contactForce(self._model, data, number, force)
         base, (x, y, turn) = self.robot.base_body, self.robot.base_drives
         mujoco.mj_objectVelocity(self._model, data, mujoco.mjtObj.mjOBJ_BODY, base, velocity, 0)
@@ -113,7 +113,7 @@ class TouchReader:
             kind,
             index,
             direction,
-            -float(surface @ normal),
+            -_dot(surface, normal),
             surface_speed=_on_child(surface, normal),
             driven_speed=_on_child(driven, normal),
             force=math.hypot(*force[:3]),
@@ -129,10 +129,15 @@ def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return product
 
 
+def _dot(one: np.ndarray, other: np.ndarray) -> float:
+    """The scalar product of two vectors (3,): by MuJoCo, for BLAS gives other last digits on other processors."""
+    return float(mujoco.mju_dot3(one, other))
+
+
 def _on_child(surface: np.ndarray, normal: np.ndarray) -> float:
     """How fast a surface with a velocity (3,) moves towards a child, from which a normal points to it, and along it."""
-    speed = -float(surface @ normal)
-    along = math.sqrt(max(0.0, float(surface @ surface) - speed * speed))
+    speed = -_dot(surface, normal)
+    along = math.sqrt(max(0.0, _dot(surface, surface) - speed * speed))
     return math.hypot(along, max(0.0, speed))
 
 

@@ -280,7 +280,7 @@ class CandleEstimates:
         elif not (self._blur.dropout and np.array_equal(positions[self._held], self._seen[self._held])):
             off = self._to_hand(positions[self._held], then) - self._in_hand
             self._in_hand = self._in_hand + gain(self._blur.noise, _SLIPS) * off
-            if np.linalg.norm(self._in_hand - self._in_hand_told) > self._keeps:
+            if math.dist(self._in_hand, self._in_hand_told) > self._keeps:
                 self._in_hand_told = self._in_hand
 
     def _let_go(self, told: np.ndarray, then: Posture) -> None:

@@ -173,7 +173,8 @@ class Perception:
         cell = self._plan.cell_index[self._nearest(base[:2], self._plan.caregiver_cells)]
         if cell != self._glances_from:
             self._glances_from, self._glances = cell, np.full(len(_HEADINGS), -math.inf)
-        chances = self._pictures[cell, : len(_HEADINGS)] @ self._tracker.presence[0, unseen].sum(axis=0)
+        presence = self._tracker.presence[0, unseen].sum(axis=0)
+        chances = np.einsum("hc,c->h", self._pictures[cell, : len(_HEADINGS)], presence)
         # Where it has just looked the child is not, or behind something.
         chances *= np.minimum(1.0, (self._clock - self._glances) / len(_HEADINGS))
         if self._empty().any():

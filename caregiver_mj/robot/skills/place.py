@@ -119,7 +119,7 @@ class Place(AtTable):
             thing = self._things[i]
             ends = view.candles[i] + np.outer([0.0, thing.height], view.candle_axis(int(i)))
             if i != self.candle and ends[0, 2] > layout.TABLE_HEIGHT / 2:
-                low, high = sorted(((ends[:, :2] - middle) @ aside).tolist())
+                low, high = sorted(((ends[:, :2] - middle) * aside).sum(axis=1).tolist())
                 taken.append((low - (thing.width - candle), high + (thing.width - candle)))
         for offset in _SPOTS:
             if all(offset <= low - width or offset >= high + width for low, high in taken):
