@@ -162,7 +162,8 @@ def render_episode(
     )
     filmed = watched.begin(foresees)
     best: tuple[float, np.ndarray | None] = (math.inf, None)
-    count = max(1, round(min(seconds, filmed.env.task.time_limit) * fps))
+    count = max(1, round(seconds * fps))
+    middle = round(min(seconds, filmed.env.task.time_limit) * fps) // 2
     with contextlib.closing(filmed.env), progress_bar(quiet) as bar, film_writer(path, width, height, fps) as write:
         taken = bar.add_task("frames", total=count)
         shots = studio(filmed, width, height, camera, round(_TRAIL_SECONDS * fps))
@@ -171,7 +172,7 @@ def render_episode(
                 break
             frame = shots.frame()
             write(frame)
-            score = min(filmed.child_to_carried_candle(), 1e6 + abs(number - count // 2))
+            score = min(filmed.child_to_carried_candle(), 1e6 + abs(number - middle))
             if score < best[0]:
                 best = (score, frame)
             bar.advance(taken)
