@@ -10,6 +10,7 @@ EPISODE = """
 import hashlib, sys
 import caregiver_mj
 import numpy as np
+from caregiver_mj.house.touch import _on_child
 
 env = caregiver_mj.load("supervise", "house-17", "adversary:0", random=2, visuals=False)
 policy, step, states = caregiver_mj.CaregiverPolicy(env, sys.argv[1]), env.reset(), hashlib.sha256()
@@ -20,6 +21,8 @@ outcome = env.task.outcome()
 assert outcome["contact_seconds"] > 0
 states.update(repr(outcome).encode())
 random = np.random.default_rng(0)
+for surface, normal in random.normal(size=(500, 2, 3)):  # a contact too seldom comes to a last digit
+    states.update(repr(_on_child(surface, normal)).encode())
 product = random.normal(size=(50, 50)) @ random.normal(size=(50, 50))
 print(states.hexdigest(), hashlib.sha256(product.tobytes()).hexdigest())
 """
@@ -29,8 +32,8 @@ print(states.hexdigest(), hashlib.sha256(product.tobytes()).hexdigest())
 @pytest.mark.parametrize("caregiver", ["expected-danger", "foresight"])
 def test_a_house_is_the_same_whatever_the_processor(caregiver):
     states, products = set(), set()
-    for kernel in ("Haswell", "Sandybridge", "Nehalem"):
-        environment = os.environ | {"OPENBLAS_CORETYPE": kernel}
+    for kernel in ({}, *({"OPENBLAS_CORETYPE": name} for name in ("Haswell", "Nehalem"))):  # this machine's own first
+        environment = os.environ | kernel
         command = [sys.executable, "-c", EPISODE, caregiver]
         ran = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
         state, product = ran.stdout.split()
