@@ -37,7 +37,7 @@ class RenderingError(CaregiverError):
 
 
 class MissingExtraError(CaregiverError, ImportError):
-    """A package is not installed that only a part of this one needs; the message says which extra brings it."""
+    """A package that only a part of this one needs is missing or too new; the message says what to install."""
 
 
 def check_integer(what: str, value: Any, least: int, most: int | None = None) -> None:

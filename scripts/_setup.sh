@@ -1,5 +1,6 @@
-# Sets the project up in .venv; sourced by the other scripts. Does nothing that is done already.
-# A fresh Debian with Python 3.11 is enough; what else is missing comes through apt if we may use it.
+# Sets the project up in .venv; sourced by the other scripts. Does nothing that is done already. With the environment
+# variable PYTHON, an interpreter, it takes that one, and .venv-3.13 or as its version is.
+# A fresh Debian with Python 3.11 to 3.14 is enough; what else is missing comes through apt if we may use it.
 
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -18,23 +19,39 @@ _apt_install() {
         "${root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -qq install -y --no-install-recommends "$@" >/dev/null
 }
 
+# The version of an interpreter, if it is supported.
+_version() {
+    "$1" -c 'import sys; v = sys.version_info; (3, 11) <= v < (3, 15) and print(f"{v[0]}.{v[1]}")' 2>/dev/null
+}
+
+# The supported interpreters on the path and pyenv's, one a version, oldest first.
+_pythons() {
+    local version python
+    for version in 3.11 3.12 3.13 3.14; do
+        for python in "python$version" python3 "${PYENV_ROOT:-$HOME/.pyenv}/versions/$version".*/bin/python3; do
+            if [ "$(_version "$python")" = "$version" ]; then
+                echo "$python"
+                break
+            fi
+        done
+    done
+}
+
 _find_python() {
     local python
-    for python in python3.11 python3.12 python3; do
-        if "$python" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info < (3, 13))' 2>/dev/null; then
-            echo "$python"
-            return
-        fi
-    done
-    _note "No Python 3.11 or 3.12 found: install python3.11"
-    return 1
+    python=${PYTHON:-$(_pythons | sed -n 1p)}
+    if [ -z "$(_version "${python:-none}")" ]; then
+        _note "Python must be 3.11, 3.12, 3.13 or 3.14, got ${python:-none}: install one, or name it in PYTHON"
+        return 1
+    fi
+    echo "$python"
 }
 
 # Whether MuJoCo can draw without a display, by the means that it would choose.
 _can_render() {
     local gl
     for gl in ${MUJOCO_GL:-egl osmesa}; do
-        if MUJOCO_GL="$gl" .venv/bin/python -c 'import mujoco; mujoco.GLContext(64, 64).make_current()' 2>/dev/null; then
+        if MUJOCO_GL="$gl" "$_venv/bin/python" -c 'import mujoco; mujoco.GLContext(64, 64).make_current()' 2>/dev/null; then
             return 0
         fi
     done
@@ -43,22 +60,29 @@ _can_render() {
 
 _set_up() {
     local python stamp wanted
-    if ! .venv/bin/python -c 'import pip' 2>/dev/null; then
+    _venv=.venv
+    if [ -n "${PYTHON:-}" ]; then
+        python=$(_find_python) || return 1
+        _venv=.venv-$(_version "$python")
+    fi
+    if [ -z "$(_version "$_venv/bin/python")" ] || ! "$_venv/bin/python" -c 'import pip' 2>/dev/null; then
         python=$(_find_python) || return 1
         # Debian keeps what venv needs in a package of its own.
         if ! "$python" -c 'import ensurepip, venv' 2>/dev/null; then
             _apt_install python3-venv || { _note "Python has no venv: install python3-venv"; return 1; }
         fi
-        _note "Making .venv ..."
-        "$python" -m venv --clear .venv
+        _note "Making $_venv ..."
+        "$python" -m venv --clear "$_venv"
     fi
 
     # The path is in the stamp for an editable installation knows where it was made.
-    stamp=.venv/installed
-    wanted=$(pwd; .venv/bin/python --version; cat pyproject.toml constraints.txt)
+    stamp=$_venv/installed
+    wanted=$(pwd; "$_venv/bin/python" --version; cat pyproject.toml constraints.txt)
     if [ "$(cat "$stamp" 2>/dev/null)" != "$wanted" ]; then
         _note "Installing the packages ..."
-        .venv/bin/python -m pip install -qq --disable-pip-version-check -e ".[test]" -c constraints.txt
+        "$_venv/bin/python" -m pip install -qq --disable-pip-version-check -e ".[test]" -c constraints.txt
+        # From Python 3.13 on it is no requirement: see pyproject.toml.
+        "$_venv/bin/python" -m pip install -qq --disable-pip-version-check --no-deps dm_control -c constraints.txt
         printf '%s\n' "$wanted" > "$stamp"
     fi
 
@@ -69,4 +93,4 @@ _set_up() {
 }
 
 _set_up
-export PATH="$PWD/.venv/bin:$PATH"
+export PATH="$PWD/$_venv/bin:$PATH"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import contextlib
 import functools
 import hashlib
 import importlib.metadata
@@ -203,6 +204,9 @@ def _package_files() -> dict[str, pathlib.Path]:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions by name."""
-    own, *libraries = ((name, importlib.metadata.version(name)) for name in (OWN, *_LIBRARIES))
-    return dict([own, ("python", platform.python_version()), *libraries])
+    """Return the versions by name, of libraries that are installed; the grid does without dm_control."""
+    found = {OWN: importlib.metadata.version(OWN), "python": platform.python_version()}
+    for name in _LIBRARIES:
+        with contextlib.suppress(importlib.metadata.PackageNotFoundError):
+            found[name] = importlib.metadata.version(name)
+    return found

@@ -19,6 +19,7 @@ import hashlib
 import json
 import os
 import pathlib
+import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -120,6 +121,8 @@ class RunFolder:
 
     def _file(self, block: str) -> pathlib.Path:
         block = block.replace("/", "%2F")  # of an address
+        if sys.platform == "win32":
+            block = block.replace(":", "%3A")  # which separates a stream from its file there
         name = block.encode()
         if len(name) > _LONGEST:
             block = f"{name[:_LONGEST].decode(errors='ignore')}_{hashlib.sha256(name).hexdigest()[:16]}"

@@ -6,7 +6,7 @@ from here and nowhere else. What the user says in the environment variable `MUJO
 
 The contexts speak to the libraries through ctypes. dm_control's own go through PyOpenGL, which binds to one library
 for good at its first import, leaving no way back from EGL to OSMesa, and which needs a libGL that EGL alone does not
-bring along.
+bring along. macOS and Windows have neither library; GLFW is the default there.
 """
 
 from __future__ import annotations
@@ -14,12 +14,14 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import functools
+import importlib.metadata
 import os
+import sys
 import warnings
 from collections.abc import Callable
 from typing import Any
 
-from caregiver_mj.errors import CaregiverError, RenderingError
+from caregiver_mj.errors import CaregiverError, MissingExtraError, RenderingError
 from caregiver_mj.registry import environment
 
 _MUJOCO_GL = "MUJOCO_GL"
@@ -27,18 +29,26 @@ _OFF = ("off", "disable", "disabled", "false", "0")  # MuJoCo's words for no ren
 _ON = ("on", "enable", "enabled", "true", "1")  # and for any
 _ADVICE = "install one (Debian: apt-get install libegl1 libgl1-mesa-dri, or libosmesa6)"
 
-
+# dm_control cannot build a Physics on MuJoCo 4, which cannot even be imported if it was installed over MuJoCo 3.
+_INSTALLED = importlib.metadata.version("mujoco")
+if int(_INSTALLED.partition(".")[0]) >= 4:
+    raise MissingExtraError(f"the house requires MuJoCo below 4, got {_INSTALLED}: pip install 'mujoco<4'")
 try:
     import mujoco
 except Exception:  # it brings up OpenGL at import if MUJOCO_GL is set, and fails with whatever it stumbles over
     with environment(_MUJOCO_GL, "off"):
         import mujoco
-with environment(_MUJOCO_GL, "off"):  # tells libraries that are imported not to bring up OpenGL
-    from dm_control import _render
-    from dm_control._render import base, executor
-    from dm_control.mujoco import engine, wrapper
-    from dm_control.rl import control
-    from dm_control.utils import rewards
+try:
+    with environment(_MUJOCO_GL, "off"):  # tells libraries that are imported not to bring up OpenGL
+        from dm_control import _render
+        from dm_control._render import base, executor
+        from dm_control.mujoco import engine, wrapper
+        from dm_control.rl import control
+        from dm_control.utils import rewards
+except ModuleNotFoundError as error:  # as after `pip install caregiver_mj` on Python 3.13: see pyproject.toml
+    if error.name != "dm_control":
+        raise
+    raise MissingExtraError("the house requires dm_control: pip install --no-deps dm_control==1.0.50") from None
 
 __all__ = ["OffscreenRendering", "control", "engine", "make_context", "mujoco", "rewards", "wrapper"]
 
@@ -175,8 +185,10 @@ def _glfw_context(max_width: int, max_height: int) -> base.ContextBase:
     return glfw_renderer.GLFWContext(max_width, max_height)
 
 
-# In order of preference. OSMesa is gone from Mesa 25.1 on; GLFW needs a display, so only the user can choose it.
+# In order of preference. OSMesa is gone from Mesa 25.1 on; GLFW needs a display: on Linux only the user can choose it.
 BACKENDS: dict[str, Callable[[int, int], base.ContextBase]] = {"egl": EglContext, "osmesa": OSMesaContext}
+if sys.platform in ("darwin", "win32"):
+    BACKENDS = {"glfw": _glfw_context}
 _BY_WISH_ONLY = {"glfw": _glfw_context, "glx": _glfw_context}
 
 

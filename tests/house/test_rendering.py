@@ -64,3 +64,36 @@ def test_user_choice_wins(wish):
         assert f"{other}: " not in printed
     else:
         assert printed == f"{context} (48, 64, 3) red"
+
+
+WITHOUT = "import sys; sys.modules['dm_control'] = None"  # as if it were not installed
+COMMAND = "import sys; sys.stderr = sys.stdout; from caregiver_mj.cli import main; print(main({}))"
+SHORT = ["--epsilon", "1", "--episodes", "1", "--out", "run"]
+HOUSE = {
+    "load": "import caregiver_mj; caregiver_mj.load('supervise')",
+    "evaluate": COMMAND.format(["evaluate", "--world", "house", *SHORT]),
+    "record": COMMAND.format(["record", "--format", "lerobot", *SHORT]),
+    "render": COMMAND.format(["render", "--out", "film.mp4"]),
+}
+
+
+@pytest.mark.parametrize("use", HOUSE)
+def test_without_dm_control_the_house_says_what_brings_it(use, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code = f"{WITHOUT}\ntry:\n    {HOUSE[use]}\nexcept ImportError as error:\n    print(error)"
+    wanted = "the house requires dm_control: pip install --no-deps dm_control==1.0.50"
+    assert run(code) in (wanted, f"caregiver-mj: {wanted}\n2")
+
+
+def test_the_grid_does_without_dm_control(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    grid = COMMAND.format(["evaluate", "--world", "grid", *SHORT])
+    assert run(f"{WITHOUT}\n{grid}").endswith("\n0")
+
+
+def test_the_house_says_that_mujoco_is_too_new(tmp_path):
+    (tmp_path / "mujoco-4.0.0.dist-info").mkdir()
+    (tmp_path / "mujoco-4.0.0.dist-info" / "METADATA").write_text("Name: mujoco\nVersion: 4.0.0\n")
+    code = f"try:\n    {HOUSE['load']}\nexcept ImportError as error:\n    print(error)"
+    printed = run(code, PYTHONPATH=str(tmp_path))
+    assert printed == "the house requires MuJoCo below 4, got 4.0.0: pip install 'mujoco<4'"
