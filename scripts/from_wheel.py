@@ -36,6 +36,8 @@ def main():
         subprocess.run([sys.executable, "-m", "venv", home / "venv"], check=True)
         python = home / "venv" / "bin" / "python"
         install(python, str(wheel))
+        look_without_dm_control(python, home)
+        install(python, "--no-deps", "dm_control")
         look_without_extras(python, home)
         install(python, f"{wheel}[{EXTRAS}]")
         pytest = [sys.executable, "-m", "pytest", "-q", "-n", "0", *arguments.pytest]
@@ -44,10 +46,21 @@ def main():
         sys.exit(subprocess.run(command, cwd=ROOT, env=environment, check=False).returncode)
 
 
-def install(python, what):
+def install(python, *what):
     """Has pip install something, in the versions of `constraints.txt`."""
     pip = [python, "-m", "pip", "install", "-qq", "--disable-pip-version-check"]
-    subprocess.run([*pip, what, "-c", ROOT / "constraints.txt"], check=True)
+    subprocess.run([*pip, *what, "-c", ROOT / "constraints.txt"], check=True)
+
+
+def look_without_dm_control(python, home):
+    """Runs the house, which must say what brings dm_control where pip alone does not: from Python 3.13 on."""
+    if subprocess.run([python, "-c", "import dm_control"], cwd=home, capture_output=True, check=False).returncode:
+        command = [python.parent / "caregiver-mj", "evaluate", "--world", "house"]
+        found = subprocess.run(command, cwd=home, capture_output=True, text=True, check=False)
+        (line,) = found.stderr.splitlines()
+        if found.returncode != 2 or "pip install --no-deps dm_control==" not in line:
+            sys.exit(f"the house does not say what brings dm_control, but: {found.stderr}")
+        print(line)
 
 
 def look_without_extras(python, home):

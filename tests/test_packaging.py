@@ -79,4 +79,4 @@ def test_the_container_has_what_the_set_up_would_install():
     assert f"--no-install-recommends {needed} \\\n" in commands
     for script in {*re.findall(r"scripts/\w+(?:\.sh)?", commands)}:
         assert (ROOT / script).is_file(), script
-    assert {".venv", ".git", "*.egg-info"} <= {*(ROOT / ".dockerignore").read_text(encoding="utf-8").splitlines()}
+    assert {".venv*", ".git", "*.egg-info"} <= {*(ROOT / ".dockerignore").read_text(encoding="utf-8").splitlines()}

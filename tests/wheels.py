@@ -8,7 +8,7 @@ import sys
 ROOT = pathlib.Path(__file__).parents[1]
 FOLDERS = {"caregiver_mj": "caregiver_mj", "tasks": "caregiver_mj.tasks", "models": "caregiver_mj.models"}
 # What is made in a checkout, and must not lie in what is built from it, such as modules of old in build/.
-MADE = (".git", ".*_cache", ".hypothesis", ".venv", "__pycache__", "*.egg-info", "_build", "build", "runs")
+MADE = (".git", ".*_cache", ".hypothesis", ".venv*", "__pycache__", "*.egg-info", "_build", "build", "runs")
 
 
 def build_wheel(folder):
