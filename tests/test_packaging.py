@@ -1,6 +1,7 @@
 """What a user gets: the wheel, installed, and used outside the checkout."""
 
 import email
+import importlib.metadata
 import pathlib
 import re
 import subprocess
@@ -9,6 +10,7 @@ import tomllib
 import zipfile
 
 import pytest
+from packaging.requirements import Requirement
 from wheels import FOLDERS, ROOT, build_wheel, environment_with
 
 SETTINGS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
@@ -28,6 +30,17 @@ def python(wheel, tmp_path_factory):
 def run(python, code, cwd):
     """Runs code in isolation: neither the current folder nor the environment's variables count."""
     return subprocess.run([python, "-I", "-c", code], cwd=cwd, capture_output=True, text=True, check=False)
+
+
+def test_all_that_dm_control_requires_is_named_where_pip_cannot_install_it():
+    """But for labmaze, which has no wheel from Python 3.13 on."""
+    required = map(Requirement, importlib.metadata.requires("dm_control"))
+    needed = {one.name.lower() for one in required if not one.marker or one.marker.evaluate({"extra": ""})}
+    named = map(Requirement, PROJECT["dependencies"])
+    there = {one.name.lower() for one in named if not one.marker or one.marker.evaluate({"python_version": "3.13"})}
+    assert "labmaze" in needed
+    assert needed - {"labmaze"} <= there
+    assert not {"labmaze", "dm_control"} & there
 
 
 def test_wheel_holds_every_file_and_says_what_it_is(wheel):

@@ -1,10 +1,11 @@
-"""An episode is the same on processors for which BLAS takes other kernels: which differ in their last digits."""
+"""An episode is the same on processors for which BLAS takes other kernels, and by every Python."""
 
 import os
 import subprocess
 import sys
 
 import pytest
+from wheels import ROOT
 
 EPISODE = """
 import hashlib, sys
@@ -42,3 +43,14 @@ def test_a_house_is_the_same_whatever_the_processor(caregiver):
     if len(products) == 1:
         pytest.skip("NumPy's BLAS is another one, or does not do as it is told here")
     assert len(states) == 1
+
+
+@pytest.mark.slow
+def test_a_house_is_the_same_by_every_python():
+    """Compare with the other environments that `scripts/_setup.sh` has made here, as CI does with the newest."""
+    pythons = {sys.executable, *map(str, ROOT.glob(".venv*/bin/python"))}
+    if len(pythons) == 1:
+        pytest.skip("there is one Python here")
+    commands = [[python, "-c", EPISODE, "expected-danger"] for python in pythons]
+    found = {subprocess.run(command, capture_output=True, text=True, check=True).stdout for command in commands}
+    assert len(found) == 1
