@@ -1,0 +1,113 @@
+"""Files and text from outside: limits that hold before anything is unpacked, and text that is safe to print.
+
+A run folder, a submission, a floor plan or an answer may come from a stranger. Every limit is far above what the
+package itself writes.
+"""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import re
+import stat
+from typing import Any, NoReturn
+
+MB = 10**6  # bytes
+LARGEST_SUBMISSION = 500 * MB  # bytes of a file as it lies on disk: 10,000 episodes in the house have 100 MB
+LARGEST_UNPACKED = 2_000 * MB  # bytes of all that is in it: 100,000 episodes in the grid have 300 MB
+LARGEST_RATIO = 200  # unpacked bytes a packed one; JSON of equal rows comes to 40, zeros to 1,000
+MOST_PARTS = 200_000  # files in it, one a block, each of which takes 1 kB of memory
+LARGEST_JSON = 32 * MB  # bytes of one JSON text; a block of 1,000 episodes has 4 MB. Its objects may take 12 times that
+MOST_BRACKETS = 500_000  # lists and objects in one JSON text: "[]," of 3 bytes takes 64, which makes a bomb
+LARGEST_TABLE = 500 * MB  # bytes of a parquet file: 10 million episodes, as many as a run may have
+LARGEST_ARRAYS = 64 * MB  # bytes of a caregiver's answers as arrays: those of 1,000 episodes have 8 MB
+MOST_NUMBERS = 10**7  # in one of these arrays, where a side of length 0 counts as 1: rows of nothing take memory, too
+LONGEST_LINE = 1_000  # characters of a message; a terminal shows 80 in a line
+
+_TAG = re.compile(r"<(?=[A-Za-z/!?])")  # "< 5 %" is none
+_IN_MARKDOWN = str.maketrans({"|": "/", "`": "'"})
+
+
+def read_file(path: str | os.PathLike[str], most: int) -> bytes:
+    """Return the content of a regular file; a link counts as the file that it leads to.
+
+    Args:
+        path: The file. A named pipe, which would wait for a writer, or a device is refused without opening it.
+        most: Bytes that it may have.
+
+    Raises:
+        OSError: It is no regular file, is larger, or cannot be read.
+        ValueError: No file can have such a name.
+    """
+    _check_regular(os.stat(path), path, most)
+    # Without waiting, for it may have become a pipe since.
+    flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+    with open(os.open(path, flags), "rb") as file:
+        _check_regular(os.fstat(file.fileno()), path, most)
+        content = file.read(most + 1) or b""
+    if len(content) > most:  # it has grown, or says nothing of its size, as those of /proc
+        _raise_too_large(path, most)
+    return content
+
+
+def _check_regular(status: os.stat_result, path: str | os.PathLike[str], most: int) -> None:
+    if stat.S_ISDIR(status.st_mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(path))
+    if not stat.S_ISREG(status.st_mode):
+        raise OSError(errno.EINVAL, "not a regular file", os.fspath(path))
+    if status.st_size > most:
+        _raise_too_large(path, most)
+
+
+def _raise_too_large(path: str | os.PathLike[str], most: int) -> NoReturn:
+    raise OSError(errno.EFBIG, f"larger than {most:,} bytes", os.fspath(path))
+
+
+def parse_json(content: bytes | str) -> Any:
+    """Return what a JSON text says.
+
+    Raises:
+        ValueError: It is too large, has too many lists and objects, is too deeply nested, has a number that is not
+            finite, or is no JSON in UTF-8.
+    """
+    if len(content) > LARGEST_JSON:
+        raise ValueError(f"a JSON text must have at most {LARGEST_JSON:,} bytes, got {len(content):,}")
+    text = content if isinstance(content, str) else content.decode()
+    if (brackets := text.count("[") + text.count("{")) > MOST_BRACKETS:
+        raise ValueError(f"a JSON text must have at most {MOST_BRACKETS:,} lists and objects, got {brackets:,}")
+    try:
+        return json.loads(text, parse_constant=_refuse)
+    except RecursionError:
+        raise ValueError("too deeply nested") from None
+
+
+def _refuse(constant: str) -> NoReturn:
+    raise ValueError(f"a number must be finite, got {constant}")
+
+
+def visible(text: str) -> str:
+    """Return text with a "?" for each character that is not seen but changes what is: escapes, bidirectional marks.
+
+    White space stays.
+    """
+    if text.isprintable():
+        return text
+    return "".join(one if one.isprintable() or one in "\n\t\N{NO-BREAK SPACE}" else "?" for one in text)
+
+
+def plain(text: object, most: int = LONGEST_LINE) -> str:
+    """Return text from outside as one visible line of so many characters at most, for a terminal without markup."""
+    line = str(text)
+    if len(line) > most:
+        line = f"{line[:most]} ..."
+    return visible(" ".join(line.split()))
+
+
+def markdown(text: object) -> str:
+    """Return text from outside as one line that means nothing in Markdown, in a table or elsewhere in a line.
+
+    It makes no cell, code, HTML, link or picture.
+    """
+    line = plain(text).translate(_IN_MARKDOWN).replace("](", "]&#40;").replace("://", "&#58;//")
+    return _TAG.sub("&lt;", line)
