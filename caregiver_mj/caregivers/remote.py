@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import abc
+import asyncio
 import base64
 import collections
 import contextlib
@@ -17,39 +18,40 @@ import os
 import pathlib
 import tempfile
 import time
+import urllib.request
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.percept import Percept, bare_tables
+from caregiver_mj.caregivers.server import Budget, BudgetError, Server, check_address, redacted, run
 from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.errors import CaregiverError, MissingExtraError, check_integer
+from caregiver_mj.outside import parse_json, plain
 from caregiver_mj.plans.cell_graph import LEGEND
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.registry import environment
 
-if TYPE_CHECKING:
-    import httpx2 as httpx
-
 SCHEMES = "http:", "https:", "chat:"
 # The environment says what holds for all of them in a process, and in its workers: a folder in which every exchange is
-# kept, how many there may be, and of how many tokens (of each process), seconds for an answer, whether time goes on
-# until it comes, where models are, and whether questions have frames, pictures of the house.
+# kept, how many requests there may be, and of how many tokens (of all processes with that folder), seconds for an
+# answer, whether time goes on until it comes, where models are, whether questions have frames, pictures of the house,
+# and the keys of servers and of models.
 EXCHANGES, MOST_CALLS, MOST_TOKENS = "CAREGIVER_MJ_EXCHANGES", "CAREGIVER_MJ_MAX_CALLS", "CAREGIVER_MJ_MAX_TOKENS"
 PATIENCE, THINKING, BASE_URL = "CAREGIVER_MJ_PATIENCE", "CAREGIVER_MJ_THINKING", "OPENAI_BASE_URL"
-FRAMES = "CAREGIVER_MJ_FRAMES"
+FRAMES, API_KEY, MODEL_KEY = "CAREGIVER_MJ_FRAMES", "CAREGIVER_MJ_API_KEY", "OPENAI_API_KEY"
 WAITS, REAL_TIME = "waits", "real-time"
 _PATIENCE = 30.0  # seconds for an answer, by default
-_LARGEST = 1_000_000  # bytes of an answer
+_MOST_PATIENCE = 86_400.0  # seconds, a day
 _AT_ONCE = 8  # questions that are under way, of different episodes
 _CELLS = "child_cell", "previous_cell", "caregiver_cell"
 _ROWS = "previous_action", "candle_table", "holding", "out_of_reach", "shut", "gone", "clock", "under_way"
 _NEWS = "child_cell", "candle_table", "candle_cell", "holding", "out_of_reach", "shut", "gone"
+_MODELS = "https://api.openai.com/v1"  # where they are if nobody says
 _CAPTIONS = {"eye": "What the robot's camera sees:", "overview": "The house from above, north up:"}
 _SCHEMA = {
     "type": "object",
@@ -58,8 +60,6 @@ _SCHEMA = {
     "additionalProperties": False,
 }
 _episodes = itertools.count()
-_calls = itertools.count(1)  # of this process, as are the tokens of each
-_tokens: list[int] = []
 
 
 class RemoteCaregiver(CommandedCaregiver, abc.ABC):
@@ -80,12 +80,11 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
 
     def __init__(self, plan: FloorPlan, seed: int = 0):
         super().__init__(plan, seed)
-        self._most_calls, self._most_tokens = _said(MOST_CALLS, math.inf), _said(MOST_TOKENS, math.inf)
         thinking = os.environ.get(THINKING, WAITS)
         if thinking not in (WAITS, REAL_TIME):
             raise CaregiverError(f"{THINKING} must be {WAITS} or {REAL_TIME}, got '{thinking}'")
         self._timestep = plan.cell_size / WALKING_SPEED if thinking == REAL_TIME else math.inf
-        _patience()  # is wrong here, if it is, and not at the first question
+        self.server()  # is wrong here, if it is, and not at the first question
         lying = [plan.free_cells[cell] for cell in plan.floor_cells]
         cells = [*plan.stairwells, *[None] * len(plan.candle_tables), *lying]  # None: `candle_table` says where
         self._house = {
@@ -121,10 +120,7 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
         clock = self._clock(percept)
         self._take_in(clock)
         ask = [i for i, now in enumerate(asked) if clock[i] >= self._due[i] and now != self._asked[i]]
-        with contextlib.suppress(*self.failures()):
-            self.open()  # before there are threads, for they would get in each other's way as they import
-        with ThreadPoolExecutor(_AT_ONCE) as pool:
-            exchanges = list(pool.map(self._ask, [self._question(percept, world, allowed[world]) for world in ask]))
+        exchanges = run(self._ask_all([self._question(percept, world, allowed[world]) for world in ask]))
         for world, exchange in zip(ask, exchanges, strict=True):
             answer = {} if exchange["abstention"] else exchange["answer"]
             said = answer.get("target"), answer.get("table")
@@ -184,22 +180,40 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
             question["frames"] = {camera: _png(picture) for camera, picture in percept.frames().items()}
         return question
 
-    def _ask(self, question: dict[str, Any]) -> dict[str, Any]:
-        """Return the exchange: the question, the answer, and why it is an abstention, or None."""
+    async def _ask_all(self, questions: list[dict[str, Any]]) -> list[dict[str, Any]]:
+        at_once, server = asyncio.Semaphore(_AT_ONCE), self.server()
+
+        async def ask(question: dict[str, Any]) -> dict[str, Any]:
+            async with at_once:
+                return await self._ask(server, question)
+
+        tasks = [asyncio.ensure_future(ask(question)) for question in questions]
+        try:
+            return await asyncio.gather(*tasks)
+        finally:  # where one finds no server, the others look no further
+            for task in tasks:
+                task.cancel()
+
+    async def _ask(self, server: Server, question: dict[str, Any]) -> dict[str, Any]:
+        """Return the exchange: the question, the answer, and why it is an abstention, or None.
+
+        Raises:
+            CaregiverError: There is no server.
+        """
         start, answer, problem = time.time(), None, None
-        if self._most_calls < math.inf and next(_calls) > self._most_calls:
-            problem = f"the budget of {self._most_calls:g} calls is used up"
-        elif sum(_tokens) >= self._most_tokens:
-            problem = f"the budget of {self._most_tokens:g} tokens is used up"
-        if problem:  # for good: none are seen any more
+        keys = [os.environ.get(name, "") for name in (API_KEY, MODEL_KEY)]
+        try:
+            server.budget.check()
+            answer = redacted(await server.in_time(self.send(server, question)), keys)
+            problem = self._problem(answer, question["allowed"])
+        except BudgetError as error:  # for good: no frames are seen any more
+            problem = str(error)
             self.needs_pictures = False
             question.pop("frames", None)
-        else:
-            try:
-                answer = self.send(question)
-                problem = self._problem(answer, question["allowed"])
-            except self.failures() as error:
-                problem = f"{type(error).__name__}: {' '.join(str(error).split())}"
+        except CaregiverError:
+            raise
+        except Exception as error:  # whatever an answer, or a client that reads it, brings about
+            problem = plain(redacted(f"{type(error).__name__}: {error}", keys))
         return {"question": question, "answer": answer, "abstention": problem, "seconds": time.time() - start}
 
     def _keep(self, exchanges: list[dict[str, Any]]) -> None:
@@ -217,44 +231,50 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
 
     def _problem(self, answer: Any, allowed: Sequence[int]) -> str | None:
         if not isinstance(answer, dict) or "target" not in answer:
-            return f"the answer must be an object with a target, got {str(answer)[:200]}"
+            return f"the answer must be an object with a target, got {plain(answer, 200)}"
         for key, among in (("target", allowed), ("table", range(len(self.plan.tables)))):
             value = answer.get(key)
             if value is not None and (type(value) is not int or value not in among):
-                return f"{key} must be one of {list(among)} or null, got {str(value)[:200]}"
+                return f"{key} must be one of {list(among)} or null, got {plain(value, 200)}"
         return None
 
+    def server(self) -> Server:
+        """Return whom it asks; if that is wrong, or what the environment says, it is a CaregiverError."""
+        return _server(self.address, os.environ.get(API_KEY, ""))
+
     @abc.abstractmethod
-    def send(self, question: dict[str, Any]) -> Any:
+    async def send(self, server: Server, question: dict[str, Any]) -> Any:
         """Return the answer to a question, as it came."""
-
-    def open(self) -> None:
-        """Make the client that `send` uses, if there is none yet."""
-
-    def failures(self) -> tuple[type[Exception], ...]:
-        """Return what `send` raises when no answer comes, and `open` when it never will."""
-        import httpx2 as httpx
-
-        return httpx.HTTPError, ValueError, RecursionError
 
 
 class HttpCaregiver(RemoteCaregiver):
     """Posts its questions to an address."""
 
-    def open(self) -> None:
-        _client(_patience())
-
-    def send(self, question: dict[str, Any]) -> Any:
-        return _client(_patience()).post(self.address, json=question).raise_for_status().json()
+    async def send(self, server: Server, question: dict[str, Any]) -> Any:
+        given = await server.client.post(self.address, json=question)
+        return parse_json(given.raise_for_status().content)
 
 
 class ChatCaregiver(RemoteCaregiver):
     """Asks a model behind an interface as OpenAI's, whose address and key the environment has, as its client does."""
 
-    def open(self) -> None:
-        _ = self._server().chat.completions  # which is imported as it is asked for
+    def server(self) -> Server:
+        where = os.environ.get(BASE_URL) or _MODELS
+        if where == _MODELS and not os.environ.get(MODEL_KEY):
+            raise CaregiverError(
+                f"chat:{self.address} requires a server, --base-url URL ({BASE_URL}), or a key for {_MODELS} in "
+                f"{MODEL_KEY}"
+            )
+        check_address(BASE_URL, where)
+        return _server(where)
 
-    def send(self, question: dict[str, Any]) -> Any:
+    async def send(self, server: Server, question: dict[str, Any]) -> Any:
+        import openai
+
+        key = os.environ.get(MODEL_KEY) or "none"  # a server on one's own machine asks for none
+        client = openai.AsyncOpenAI(
+            base_url=server.address, api_key=key, http_client=server.client, timeout=server.timeout, max_retries=1
+        )
         form: Any = {"type": "json_schema", "json_schema": {"name": "answer", "strict": True, "schema": _SCHEMA}}
         content: Any = json.dumps({key: value for key, value in question.items() if key != "frames"})
         if "frames" in question:
@@ -262,25 +282,16 @@ class ChatCaregiver(RemoteCaregiver):
             for camera, frame in question["frames"].items():
                 picture = {"url": f"data:image/png;base64,{frame}"}
                 content += [{"type": "text", "text": _CAPTIONS[camera]}, {"type": "image_url", "image_url": picture}]
-        given = self._server().chat.completions.create(
+        given = await client.chat.completions.create(
             model=self.address,
             messages=[{"role": "system", "content": _prompt()}, {"role": "user", "content": content}],
             response_format=form,
         )
         if given.usage:
-            _tokens.append(int(given.usage.total_tokens or 0))
+            server.budget.spend(int(given.usage.total_tokens or 0))
         if not given.choices:
             raise ValueError("the model has given no choice")
-        return json.loads(given.choices[0].message.content or "")
-
-    def _server(self) -> Any:
-        key = os.environ.get("OPENAI_API_KEY", "none")  # a server on one's own machine asks for none
-        return _chat(os.environ.get(BASE_URL), key, _patience())
-
-    def failures(self) -> tuple[type[Exception], ...]:
-        import openai
-
-        return *super().failures(), openai.OpenAIError, TypeError, AttributeError  # of answers of another shape
+        return parse_json(given.choices[0].message.content or "")
 
 
 @contextlib.contextmanager
@@ -297,8 +308,8 @@ def asking(
     Args:
         run: The folder of a run, in whose folder `exchanges` every one is kept.
         base_url: Where models are.
-        max_calls: How many questions each process may ask.
-        max_tokens: How many tokens of models it may use; it asks no more once they are used up.
+        max_calls: How many requests may be sent, by all processes of the run and when it is resumed.
+        max_tokens: How many tokens of models they may use; no more is asked once they are used up.
         thinking: Whether simulated time waits for an answer, or goes on until it has come (`REAL_TIME`).
         frames: Whether questions have pictures of the house.
 
@@ -323,15 +334,16 @@ def asking(
         yield functools.partial(_tally, folder)
 
 
-def _said(name: str, default: float) -> float:
+def _said(name: str, default: float, most: float = math.inf) -> float:
     """Return a number that the environment has."""
     text = os.environ.get(name) or default
     try:
         number = float(text)
     except ValueError:
         number = -1.0
-    if not number >= 0.0:
-        raise CaregiverError(f"{name} must be a number of at least 0, got '{text}'")
+    if not 0.0 <= number <= most:
+        room = "" if most == math.inf else f" and at most {most:g}"
+        raise CaregiverError(f"{name} must be a number of at least 0{room}, got '{text}'")
     return number
 
 
@@ -347,13 +359,15 @@ def remote_caregiver(name: str) -> type[Caregiver]:
 
     Raises:
         MissingExtraError: The client's package is not installed.
-        CaregiverError: The name says no address, or no model, or the environment not whether there are frames.
+        CaregiverError: The name says no address, or one with a secret, or no model, or the environment not whether
+            there are frames.
     """
     scheme, _, rest = name.partition(":")
     if not rest.strip("/"):
         raise CaregiverError(f"a caregiver must be http://ADDRESS or chat:MODEL, got '{name}'")
     try:
-        import httpx2  # noqa: F401
+        if scheme != "chat":
+            check_address("a caregiver", name)
         import openai  # noqa: F401
     except ImportError as error:
         raise MissingExtraError(f"caregiver '{name}' needs {error.name}: pip install 'caregiver_mj[chat]'") from None
@@ -376,44 +390,12 @@ def _prompt() -> str:
     return (importlib.resources.files(__package__) / "prompt.md").read_text("utf-8")
 
 
-def _patience() -> float:
-    return _said(PATIENCE, _PATIENCE)
+def _server(address: str, key: str = "") -> Server:
+    """Return what asks a server as the environment says now."""
+    patience = _said(PATIENCE, _PATIENCE, _MOST_PATIENCE)
+    budget = Budget(os.environ.get(EXCHANGES), _said(MOST_CALLS, math.inf), _said(MOST_TOKENS, math.inf))
+    return _server_of(address, patience, budget, key, tuple(sorted(urllib.request.getproxies().items())), os.getpid())
 
 
-@functools.lru_cache(maxsize=1)
-def _chat(base_url: str | None, key: str, patience: float) -> Any:
-    import openai
-
-    return openai.OpenAI(base_url=base_url, api_key=key, http_client=_client(patience), timeout=patience, max_retries=1)
-
-
-@functools.lru_cache(maxsize=1)
-def _client(patience: float) -> httpx.Client:
-    """Return a client for which an answer that dribbles in, or has no end, is none."""
-    import httpx2 as httpx
-
-    class Bounded(httpx.SyncByteStream):
-        def __init__(self, stream: Any, until: float):
-            self._stream, self._until = stream, until
-
-        def __iter__(self) -> Any:
-            size = 0
-            for part in self._stream:
-                size += len(part)
-                if time.monotonic() > self._until:
-                    raise httpx.ReadTimeout(f"no whole answer within {patience:g} s")
-                if size > _LARGEST:
-                    raise httpx.ReadError(f"the answer must have at most {_LARGEST:,} bytes")
-                yield part
-
-        def close(self) -> None:
-            self._stream.close()
-
-    class Transport(httpx.HTTPTransport):
-        def handle_request(self, request: httpx.Request) -> httpx.Response:
-            until = time.monotonic() + patience
-            response = super().handle_request(request)
-            response.stream = Bounded(response.stream, until)
-            return response
-
-    return httpx.Client(transport=Transport(retries=1), timeout=patience)
+# With its connections, until the environment says something else: also the proxies, and which process it is.
+_server_of = functools.lru_cache(maxsize=8)(lambda *which: Server(*which[:4]))

@@ -18,6 +18,7 @@ from caregiver_mj.experiments.blocks import try_all
 from caregiver_mj.experiments.run_folder import RunFolder, StorageError
 from caregiver_mj.experiments.settings import EPSILONS, FLOOR, Settings
 from caregiver_mj.experiments.workers import Executor, WorkerError
+from caregiver_mj.outside import plain
 from caregiver_mj.viz import progress_bar
 
 
@@ -49,8 +50,8 @@ def add_evaluate(command: argparse.ArgumentParser) -> None:
     parsing.add_embodiment(command)
     parsing.add_sight(command)
     command.add_argument("--base-url", metavar="URL", help="where chat:MODEL is; its key is in OPENAI_API_KEY")
-    until = "of each process; then they abstain"
-    command.add_argument("--max-calls", type=int, metavar="N", help=f"questions to models and servers {until}")
+    until = "of the run, also when it is resumed; then they abstain"
+    command.add_argument("--max-calls", type=int, metavar="N", help=f"requests to models and servers {until}")
     command.add_argument("--max-tokens", type=int, metavar="N", help=f"tokens of models {until}")
     command.add_argument(
         "--thinking",
@@ -87,7 +88,7 @@ def _run(arguments: argparse.Namespace) -> None:
         print_table(result.summary, console)
         print_harm(result.summary, console)
         if any(name.startswith(remote.SCHEMES) for name in settings.caregivers):
-            console.print(tally(), highlight=False)
+            console.print(plain(tally()))
     if arguments.json:
         print(json.dumps(result.summary, indent=1, allow_nan=False))
 

@@ -239,7 +239,8 @@ def _verified(submission: Submission, executor: Executor) -> pd.DataFrame:
 
 def output(aside: bool) -> rich.console.Console:
     """Return where a table for people goes: aside to standard error, where standard output is for a program."""
-    console = rich.console.Console(stderr=aside)
+    # Names of houses, caregivers and answers are from outside: no markup, and no `:emoji:`.
+    console = rich.console.Console(stderr=aside, markup=False, emoji=False, highlight=False)
     if not console.is_terminal:
         console.width = 120  # a pipe or a file has no width to fit
     return console

@@ -187,6 +187,30 @@ def test_it_serves_this_machine_alone_at_a_port_of_its_own(viewer):
         web.WebViewer(viewer.session, port=viewer.server.get_port())
 
 
+@pytest.mark.parametrize(
+    ("host", "origin", "status"),
+    [
+        ("127.0.0.1:PORT", "http://127.0.0.1:PORT", 101),
+        ("localhost:PORT", "http://localhost:PORT", 101),
+        ("localhost:9", "http://localhost:9", 101),  # a tunnel
+        ("127.0.0.1:PORT", None, 101),  # no browser
+        ("127.0.0.1:PORT", "http://evil.example", 403),
+        ("127.0.0.1:PORT", "http://127.0.0.1:9", 403),  # another page of this machine
+        ("127.0.0.1:PORT", "null", 403),
+        ("evil.example:PORT", "http://evil.example:PORT", 403),  # DNS rebinding
+        ("[::1", "http://[::1", 403),
+    ],
+)
+def test_a_page_of_another_site_reads_nothing(viewer, host, origin, status):
+    port = str(viewer.server.get_port())
+    lines = ["GET / HTTP/1.1", f"Host: {host}", "Upgrade: websocket", "Connection: Upgrade"]
+    lines += ["Sec-WebSocket-Version: 13", "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA=="]
+    lines += [f"Sec-WebSocket-Protocol: viser-v{viser.__version__}", *([f"Origin: {origin}"] if origin else [])]
+    with socket.create_connection(("127.0.0.1", int(port)), timeout=10) as connection:
+        connection.sendall("\r\n".join([*lines, "", ""]).replace("PORT", port).encode())
+        assert connection.recv(4096).split()[1] == str(status).encode()
+
+
 def test_a_port_that_is_taken(capsys, house):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])

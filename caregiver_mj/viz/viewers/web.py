@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import contextlib
 import copy
+import http
 import io
+import ipaddress
 import queue
 import socket
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
+from urllib.parse import urlsplit
 
 import mujoco
 import numpy as np
@@ -22,6 +25,7 @@ from caregiver_mj.viz.viewers.session import Session
 try:
     import trimesh
     import viser
+    import websockets.asyncio.server
     from mjviser import ViserMujocoScene
 except ImportError as error:
     raise MissingExtraError(
@@ -69,7 +73,8 @@ class WebViewer:
         self.session, self._period, self._plain = session, 1.0 / rate, plain
         self._wishes: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         with contextlib.redirect_stdout(io.StringIO()):  # it would say where it listens, in its own words
-            self.server = Server(host=host, port=port, label="caregiver-mj", verbose=False)
+            with _guarded(host):
+                self.server = Server(host=host, port=port, label="caregiver-mj", verbose=False)
         self.url = f"http://{f'[{host}]' if ':' in host else host}:{self.server.get_port()}"
         self.server.gui.configure_theme(show_logo=False, show_share_button=False)
         self.server.gui.main_panel.dock_right()
@@ -121,6 +126,60 @@ def check_address(host: str, port: int) -> None:
     except (OSError, OverflowError, UnicodeError) as error:
         why = getattr(error, "strerror", None) or str(error)
         raise CaregiverError(f"cannot listen at {host}, port {port}: {why}; --port 0 takes any that is free") from None
+
+
+def refusal(headers: Any, host: str) -> str:
+    """Return why a request to a server at an address is refused, or nothing.
+
+    A page of another site may not read the scene: not from its own origin, nor by a name of its own that leads to this
+    machine (DNS rebinding). What is no browser sends no origin.
+    """
+    names, origins = headers.get_all("Host"), headers.get_all("Origin")
+    try:
+        name = urlsplit(f"//{names[0]}").hostname or ""
+    except (IndexError, ValueError):
+        name = ""
+    if len(names) != 1 or not _is_ours(name, host):
+        return "Host must be a name of this machine"
+    if any(origin not in (f"http://{names[0]}", f"https://{names[0]}") for origin in origins):
+        return "Origin must be this page"
+    return ""
+
+
+def _is_ours(name: str, host: str) -> bool:
+    """Whether a browser may call a server at an address so: an IP address leads nowhere else."""
+    if name in ("localhost", "127.0.0.1", "::1", host.lower()):
+        return True
+    if host not in ("", "0.0.0.0", "::"):
+        return False
+    with contextlib.suppress(ValueError):
+        return bool(ipaddress.ip_address(name))
+    return name == socket.gethostname().lower()
+
+
+@contextlib.contextmanager
+def _guarded(host: str) -> Iterator[None]:
+    """Have the server that begins within refuse requests of other sites; viser itself has no option for it."""
+    serve, guarded = websockets.asyncio.server.serve, False
+
+    def guarded_serve(*args: Any, process_request: Any, **options: Any) -> Any:
+        nonlocal guarded
+        guarded = True
+
+        def guard(connection: Any, request: Any) -> Any:
+            given = process_request(connection, request)  # in any case, for it also silences the log
+            why = refusal(request.headers, host)
+            return connection.respond(http.HTTPStatus.FORBIDDEN, f"{why}\n") if why else given
+
+        return serve(*args, process_request=guard, **options)
+
+    websockets.asyncio.server.serve = guarded_serve  # type: ignore[misc, assignment]
+    try:
+        yield
+    finally:
+        websockets.asyncio.server.serve = serve  # type: ignore[misc]
+    if not guarded:
+        raise CaregiverError(f"viser must be a version whose requests can be checked, got {viser.__version__}")
 
 
 class WebScene:
