@@ -1,10 +1,14 @@
 """Caregivers that ask a server: one that answers as a caregiver of the package, and one that does all that is wrong."""
 
 import base64
+import contextlib
+import gzip
 import hashlib
 import http.server
 import io
 import json
+import multiprocessing
+import re
 import threading
 import time
 from types import SimpleNamespace
@@ -19,6 +23,7 @@ from caregiver_mj.caregivers.answers import kept, replayed
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.caregivers.registry import make_caregiver
+from caregiver_mj.caregivers.server import Budget, BudgetError
 from caregiver_mj.cli import main
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.evaluation import evaluate
@@ -281,7 +286,7 @@ def test_each_run_in_one_process_asks_its_own_server(monkeypatch):
         with remote.asking(base_url=base_url):
             server = make_caregiver("chat:none", plan).server()
         found.append((server.address, server.timeout.connect))  # of two attempts
-    assert found == [("http://127.0.0.1:1/v1", 5.0 / 3), ("http://127.0.0.1:2/v1", 2.0)]
+    assert found == [("http://127.0.0.1:1/v1", pytest.approx(5 / 3)), ("http://127.0.0.1:2/v1", pytest.approx(2.0))]
 
 
 def test_frames_are_refused_where_there_is_no_camera(server, tmp_path, monkeypatch, capsys):
@@ -317,7 +322,7 @@ def test_a_model_is_asked_no_more_once_its_tokens_are_used_up(server, capsys):
 @pytest.mark.parametrize("value", ["soon", "-1", "nan"])
 def test_what_the_environment_says_must_be_a_number(name, value, monkeypatch):
     monkeypatch.setenv(name, value)
-    with pytest.raises(CaregiverError, match=f"{name} must be a number of at least 0, got '{value}'"):
+    with pytest.raises(CaregiverError, match=f"{name} must be a number of at least 0.*, got '{value}'"):
         make_caregiver("http://127.0.0.1:1", FloorPlan.load("paper"))
 
 
@@ -386,3 +391,208 @@ def test_whatever_else_comes_is_an_abstention(server, tmp_path, monkeypatch, fau
     (exchange,) = [json.loads(line) for file in tmp_path.glob("*.jsonl") for line in file.read_text().splitlines()]
     assert exchange["abstention"]
     assert "secret" not in json.dumps(exchange)
+
+
+# -- What strangers' servers, and addresses, cost ------------------------------------------------------------
+
+
+def asked_once(address, tmp_path, monkeypatch, patience="0.5"):
+    """Asks a question: the exchange, and the seconds that it took."""
+    monkeypatch.setenv(remote.EXCHANGES, str(tmp_path / "exchanges"))
+    monkeypatch.setenv(remote.PATIENCE, patience)
+    caregiver = make_caregiver(address, FloorPlan.load("paper"))
+    world = GridWorld(FloorPlan.load("paper"), 0.5, caregiver)
+    world.reset([episode_tapes(1, 1)])
+    world.move_children()
+    before = time.monotonic()
+    caregiver.choose(world.percept())
+    seconds = time.monotonic() - before
+    lines = [line for file in (tmp_path / "exchanges").glob("*.jsonl") for line in file.open()]
+    return json.loads(lines[-1]), seconds
+
+
+def fault(monkeypatch, act):
+    """Has a server do something at the address /fault."""
+    monkeypatch.setitem(FAULTS, "fault", act)
+
+
+def headers(handler, *lines, status=200):
+    handler.wfile.write(f"HTTP/1.1 {status} X\r\n".encode() + "".join(f"{line}\r\n" for line in lines).encode())
+
+
+def trickle(handler):
+    headers(handler)
+    for _ in range(40):
+        time.sleep(0.1)
+        handler.wfile.write(b"X-More: 1\r\n")
+
+
+@pytest.mark.parametrize("name", ["http", "chat"])
+@pytest.mark.parametrize("slow", [trickle, lambda handler: headers(handler, "Retry-After: 20", "", status=429)])
+def test_one_deadline_covers_headers_and_waits(server, tmp_path, monkeypatch, name, slow):
+    fault(monkeypatch, slow)
+    monkeypatch.setenv("OPENAI_BASE_URL", f"{server.address}/fault")
+    address = f"{server.address}/fault" if name == "http" else "chat:m"
+    exchange, seconds = asked_once(address, tmp_path, monkeypatch)
+    assert exchange["abstention"]
+    assert seconds < 2.0
+
+
+@pytest.mark.parametrize("name", ["http", "chat"])
+def test_a_compressed_answer_is_refused_before_it_is_unpacked(server, tmp_path, monkeypatch, name):
+    bomb = gzip.compress(gzip.compress(bytes(100_000_000)))
+
+    def act(handler):
+        headers(handler, "Content-Encoding: gzip, gzip", f"Content-Length: {len(bomb)}", "")
+        handler.wfile.write(bomb)
+
+    fault(monkeypatch, act)
+    monkeypatch.setenv("OPENAI_BASE_URL", f"{server.address}/fault")
+    address = f"{server.address}/fault" if name == "http" else "chat:m"
+    exchange, _ = asked_once(address, tmp_path, monkeypatch, "5")
+    assert exchange["abstention"]
+    assert server.asked[0][0]["Accept-Encoding"] == "identity"
+
+
+def test_requests_of_a_client_are_counted_over_resume(server, tmp_path, monkeypatch):
+    fault(monkeypatch, lambda handler: handler.say(b"{}", status=500))
+    for most, sent in ((1, 1), (2, 2), (2, 2)):  # with an attempt more than one each
+        with remote.asking(tmp_path, f"{server.address}/fault", most):
+            asked_once("chat:m", tmp_path, monkeypatch, "5")
+        assert len(server.asked) == sent
+
+
+def take(folder):
+    budget, taken = Budget(folder, 50), 0
+    with contextlib.suppress(BudgetError):
+        while True:
+            budget.take()
+            taken += 1
+    return taken
+
+
+def test_processes_share_a_budget(tmp_path):
+    with multiprocessing.get_context("spawn").Pool(3) as pool:
+        assert sum(pool.map(take, [str(tmp_path)] * 3)) == 50
+
+
+@pytest.mark.parametrize("name", ["http://127.0.0.1:9", "chat:m"])
+def test_without_a_server_a_run_ends_in_a_line(monkeypatch, capsys, name):
+    monkeypatch.setenv("OPENAI_BASE_URL", "http://127.0.0.1:9/v1")
+    command = ["evaluate", "--world", "grid", "--epsilon", "1", "--episodes", "2", "--caregiver", "none", name]
+    before = time.monotonic()
+    assert main(command) == 2
+    assert time.monotonic() - before < 20
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "no server can be reached at http://127.0.0.1:9" in err.splitlines()[-1]
+
+
+def test_a_model_without_a_server_or_key_is_not_asked_anywhere(monkeypatch):
+    monkeypatch.delenv("OPENAI_BASE_URL", raising=False)
+    monkeypatch.delenv("OPENAI_API_KEY", raising=False)
+    with pytest.raises(CaregiverError, match="chat:m requires a server"):
+        make_caregiver("chat:m", FloorPlan.load("paper"))
+
+
+@pytest.mark.parametrize("secret", ["http://user:hidden@h/", "https://h/x?key=hidden", "http://h/#hidden"])
+def test_an_address_with_a_secret_is_refused_and_not_printed(monkeypatch, tmp_path, capsys, secret):
+    command = ["evaluate", "--world", "grid", "--out", str(tmp_path / "run"), "--caregiver"]
+    assert main([*command, secret]) == 2
+    monkeypatch.setenv("OPENAI_BASE_URL", secret)
+    assert main([*command, "chat:m"]) == 2
+    assert "hidden" not in "".join(capsys.readouterr())
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize(
+    "address", ["http://[::1", "http://h:x", "http://a b", "http://\x00", "http:x", "http://\u202eh"]
+)
+def test_what_is_no_address_is_refused_in_a_line(address):
+    with pytest.raises(CaregiverError, match="must be an address such as"):
+        make_caregiver(address, FloorPlan.load("paper"))
+
+
+def test_patience_has_an_end(monkeypatch):
+    monkeypatch.setenv(remote.PATIENCE, "inf")
+    with pytest.raises(CaregiverError, match="at most 86400, got 'inf'"):
+        make_caregiver("http://127.0.0.1:1", FloorPlan.load("paper"))
+
+
+@pytest.mark.parametrize("echo", ["sk-hidden-key", "sk-\\u0068idden-key"])
+@pytest.mark.parametrize("place", ['{"target": "%s"}', '{"target": null, "%s": ["%s"]}', "%s"])
+def test_a_key_that_a_server_echoes_is_not_kept(server, tmp_path, monkeypatch, echo, place):
+    monkeypatch.setenv(remote.API_KEY, "sk-hidden-key")
+    fault(monkeypatch, lambda handler: handler.say(place.replace("%s", echo).encode()))
+    exchange, _ = asked_once(f"{server.address}/fault", tmp_path, monkeypatch, "5")
+    assert server.asked[0][0]["Authorization"] == "Bearer sk-hidden-key"
+    assert "hidden-key" not in json.dumps(exchange)
+    assert "idden-key" not in json.dumps(exchange)
+
+
+def test_markup_and_escapes_of_a_server_are_text(server, monkeypatch, capsys):
+    fault(monkeypatch, lambda handler: handler.say(b'{"target": "[/foo]\\u001b[2J"}'))
+    command = ["evaluate", "--world", "grid", "--epsilon", "1", "--episodes", "1", "--json", "--caregiver", "none"]
+    assert main([*command, f"{server.address}/fault"]) == 0
+    out, err = capsys.readouterr()
+    assert json.loads(out)["rows"]
+    assert "[/foo]" in err
+    assert "\x1b" not in err
+
+
+def test_a_proxy_of_the_environment_is_used_but_not_to_this_machine(server, tmp_path, monkeypatch):
+    for name in ("NO_PROXY", "no_proxy", "http_proxy"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("HTTP_PROXY", "http://127.0.0.1:9")  # where nobody is
+    assert asked_once(f"{server.address}/no%20target", tmp_path, monkeypatch, "5")[0]["answer"] == {"reason": "none"}
+    monkeypatch.setenv("HTTP_PROXY", server.address)
+    exchange, _ = asked_once("http://robot.invalid/judge", tmp_path, monkeypatch, "5")
+    assert exchange["abstention"] is None
+    monkeypatch.setenv("HTTP_PROXY", "gopher://x")
+    with pytest.raises(CaregiverError, match="proxies of the environment"):
+        make_caregiver("http://robot.invalid", FloorPlan.load("paper"))
+
+
+@pytest.mark.parametrize("count", [40, pytest.param(500, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", ["http", "chat"])
+def test_changed_answers_are_read_or_abstentions(server, tmp_path, monkeypatch, name, count):
+    chat = b'{"choices": [{"message": {"role": "assistant", "content": "{\\"target\\": null}"}}], "usage": {"total_tokens": 9}}'
+    sound, random = (FINE if name == "http" else chat), np.random.RandomState(0)
+    odd = [
+        b"null",
+        b"1e999",
+        b"NaN",
+        b"-1",
+        b"[]",
+        b"{}",
+        b'"x"',
+        b"[" * 2000,
+        b"9" * 5000,
+        b"\xff",
+        b"\\ud800",
+        b"true",
+    ]
+    tokens = re.findall(rb"\w+|\W", sound)
+
+    def changed():
+        found = list(tokens)
+        for _ in range(random.randint(1, 4)):
+            place = random.randint(len(found))
+            found[place : place + random.randint(2)] = [odd[random.randint(len(odd))]]
+        return b"".join(found)
+
+    fault(monkeypatch, lambda handler: handler.say(changed()))
+    monkeypatch.setenv("OPENAI_BASE_URL", f"{server.address}/fault")
+    monkeypatch.setenv(remote.EXCHANGES, str(tmp_path))
+    plan = FloorPlan.load("paper")
+    caregiver = make_caregiver(f"{server.address}/fault" if name == "http" else "chat:m", plan)
+    for _ in range(count):
+        world = GridWorld(plan, 0.5, caregiver)
+        world.reset([episode_tapes(1, 1)])
+        world.move_children()
+        target = caregiver.choose(world.percept())[0]
+        assert -1 <= target < len(plan.hazards)
+    lines = [json.loads(line) for file in tmp_path.glob("*.jsonl") for line in file.open()]
+    assert len(lines) == count
+    assert all(len(line["abstention"] or "") < 2_000 and "\n" not in (line["abstention"] or "") for line in lines)
+    assert any(line["abstention"] for line in lines)

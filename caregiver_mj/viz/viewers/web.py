@@ -72,9 +72,11 @@ class WebViewer:
         check_address(host, port)
         self.session, self._period, self._plain = session, 1.0 / rate, plain
         self._wishes: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
-        with contextlib.redirect_stdout(io.StringIO()):  # it would say where it listens, in its own words
-            with _guarded(host):
-                self.server = Server(host=host, port=port, label="caregiver-mj", verbose=False)
+        with (
+            contextlib.redirect_stdout(io.StringIO()),
+            _guarded(host),
+        ):  # it would say where it listens in its own words
+            self.server = Server(host=host, port=port, label="caregiver-mj", verbose=False)
         self.url = f"http://{f'[{host}]' if ':' in host else host}:{self.server.get_port()}"
         self.server.gui.configure_theme(show_logo=False, show_share_button=False)
         self.server.gui.main_panel.dock_right()
