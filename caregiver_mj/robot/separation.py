@@ -321,7 +321,7 @@ def allowed_turning(view: View, robot: Embodiment, velocity: Vector, turning: tu
             if child in unseen:
                 creep, comes_at = max(creep, (_LOOKING - speed) / robot.footprint), BUMP_SPEED
             dx, dy = child.position[0] - view.base[0], child.position[1] - view.base[1]
-            closing = comes_at + max(0.0, (velocity[0] * dx + velocity[1] * dy) / math.hypot(dx, dy))
+            closing = comes_at + max(0.0, (velocity[0] * dx + velocity[1] * dy) / (math.hypot(dx, dy) or 1.0))
             time = max(0.0, gap) / closing - _REACTION - view.age
             too_fast = most > creep + limits.slowing(time - delay)
             allowed = min(allowed, creep if too_fast else creep + limits.slowing(time))
@@ -350,7 +350,7 @@ def outwards(robot: Embodiment, yaw: float, offset: Vector) -> Vector:
         offset: Of the place from the base's middle, in the house, metres.
     """
     if robot.sides == (0.0, 0.0):
-        return offset
+        return offset if offset != (0.0, 0.0) else (_WITHIN, 0.0)  # seen at its very middle: some direction
     x, y = geometry.rotate(-yaw, offset)
     beyond_x, beyond_y = abs(x) - robot.sides[0], abs(y) - robot.sides[1]
     if max(beyond_x, beyond_y) <= 0.0:  # it is seen within the base, where no child can be

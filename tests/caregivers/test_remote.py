@@ -556,7 +556,8 @@ def test_a_proxy_of_the_environment_is_used_but_not_to_this_machine(server, tmp_
 @pytest.mark.parametrize("count", [40, pytest.param(500, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", ["http", "chat"])
 def test_changed_answers_are_read_or_abstentions(server, tmp_path, monkeypatch, name, count):
-    chat = b'{"choices": [{"message": {"role": "assistant", "content": "{\\"target\\": null}"}}], "usage": {"total_tokens": 9}}'
+    message = b'{"role": "assistant", "content": "{\\"target\\": null}"}'
+    chat = b'{"choices": [{"message": %s}], "usage": {"total_tokens": 9}}' % message
     sound, random = (FINE if name == "http" else chat), np.random.RandomState(0)
     odd = [
         b"null",

@@ -131,3 +131,15 @@ def test_a_base_with_corners_never_slides_fast_along_a_child_that_touches_it(ang
     out = np.array(separation.outwards(SQUARE, 0.0, after))
     along = np.array([-out[1], out[0]]) / np.linalg.norm(out)
     assert abs(told @ along) < STRIKE_SPEED
+
+
+@pytest.mark.parametrize("robot", [ROBOT, SQUARE])
+@pytest.mark.parametrize("wanted", [(0.0, 0.0), (0.5, 0.0), (-0.3, 0.2)])
+def test_a_child_seen_at_the_very_middle_of_the_base_stops_nothing_else(robot, wanted):
+    seen = view(child(0.0, 0.0))  # where none can be, as of an observation that is wrong
+    told, is_touched = restrain(seen, robot, CLEARANCE, TIMESTEP, False, wanted, (0.0, 0.0))
+    assert is_touched
+    assert math.hypot(*told) <= math.hypot(*wanted) + 0.05
+    assert 0.0 <= separation.allowed_rate(seen, robot, (0.3, 0.0)) <= 1.0
+    assert separation.must_stop(seen, robot, (0.3, 0.0), (0.0, 0.0)) in (True, False)
+    assert separation.allowed_turning(seen, robot, (0.3, 0.0), (0.5, 0.0)) >= 0.0
