@@ -30,6 +30,7 @@ from caregiver_mj.house.children import ContactWatch
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.sensing import Sensing
 from caregiver_mj.house.touch import Touch
+from caregiver_mj.outside import parse_json
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.policy.policy import CaregiverPolicy
@@ -68,7 +69,7 @@ def add_options(parser: Parser) -> None:
 def _sensing(text: str) -> str:
     """Return the option's text, if it says how things are seen."""
     try:
-        Sensing.of(json.loads(text))
+        Sensing.of(parse_json(text))
     except (ValueError, CaregiverError) as error:
         raise argparse.ArgumentTypeError(f"sensing must be a dictionary in JSON, got '{text}': {error}") from error
     return text
