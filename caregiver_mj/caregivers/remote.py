@@ -269,12 +269,8 @@ class ChatCaregiver(RemoteCaregiver):
         return _server(where)
 
     async def send(self, server: Server, question: dict[str, Any]) -> Any:
-        import openai
-
         key = os.environ.get(MODEL_KEY) or "none"  # a server on one's own machine asks for none
-        client = openai.AsyncOpenAI(
-            base_url=server.address, api_key=key, http_client=server.client, timeout=server.timeout, max_retries=1
-        )
+        client = _chat(server, key)
         form: Any = {"type": "json_schema", "json_schema": {"name": "answer", "strict": True, "schema": _SCHEMA}}
         content: Any = json.dumps({key: value for key, value in question.items() if key != "frames"})
         if "frames" in question:
@@ -399,3 +395,12 @@ def _server(address: str, key: str = "") -> Server:
 
 # With its connections, until the environment says something else: also the proxies, and which process it is.
 _server_of = functools.lru_cache(maxsize=8)(lambda *which: Server(*which[:4]))
+
+
+@functools.lru_cache(maxsize=8)
+def _chat(server: Server, key: str) -> Any:
+    import openai
+
+    return openai.AsyncOpenAI(
+        base_url=server.address, api_key=key, http_client=server.client, timeout=server.timeout, max_retries=1
+    )
