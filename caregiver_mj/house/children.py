@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Sequence
 from operator import attrgetter
 
 import numpy as np
@@ -17,10 +17,12 @@ from caregiver_mj.house.child import SOFTNESS, Booking, CompliantBody, HouseChil
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.touch import Touch
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import NOTHING, State
-from caregiver_mj.recording.contacts import PRESSING, STRIKE_PAUSE, STRIKE_SPEED, Contacts, region_at
+from caregiver_mj.plans.hazards import NOTHING, TABLE, State
+from caregiver_mj.recording.contacts import PRESSING, STRIKE_PAUSE, STRIKE_SPEED, Contacts, band_of, region_at
 
 _APART = 0.1  # seconds without touch that end a contact: one that lasts flickers as the two give way to each other
+_SOLID = ("wall", "bin", TABLE.name)  # what gives no way, beside closed gates
+_OPPOSITE = -0.5  # cosine between robot and solid thing, seen from a child, up to which it is between them: 120 degrees
 
 
 class Children(Sequence[HouseChild]):
@@ -42,7 +44,7 @@ class Children(Sequence[HouseChild]):
         self.state = np.full(len(plan.hazards), State.AS_PLANNED)
         self._children = [HouseChild(plan, behaviour, novice_timestep, self.state) for behaviour in behaviours]
         self._watches = [ContactWatch() for _ in behaviours]
-        self._plan = plan
+        self._plan, self._gates = plan, slice(len(plan.landings), len(plan.stairwells))
         self._places = [tuple(plan.position(cell).tolist()) for cell in plan.caregiver_cells]
 
     def __getitem__(self, number: int) -> HouseChild:  # type: ignore[override]  # no slices
@@ -105,8 +107,9 @@ class Children(Sequence[HouseChild]):
         for touch in physics.touches:
             touches[touch.child].append(touch)
         on_table, time = functools.partial(candles.are_on, physics), physics.time()
+        shut = [gate for gate, state in enumerate(self.state[self._gates]) if state == State.SHUT]
         for watch, felt in zip(self._watches, touches, strict=True):
-            watch.take_in(felt, physics.timestep(), contacts)
+            watch.take_in(felt, physics.timestep(), contacts, shut)
         strikes = sum(child.take_in(felt, on_table, time) for child, felt in zip(self, touches, strict=True))
         self.harm = max(child.move.harm for child in self)
         return strikes
@@ -130,20 +133,33 @@ class ContactWatch:
     """
 
     def __init__(self) -> None:
-        self._touched_at = self._struck_at = -math.inf
-        self._lasted = 0.0
+        self._touched_at = self._struck_at = self._pinched_at = self._gate_struck_at = -math.inf
+        self._lasted = self._fastest = self._energy = 0.0
 
-    def take_in(self, touches: Iterable[Touch], seconds: float, tally: Contacts) -> None:
+    def take_in(self, touches: Sequence[Touch], seconds: float, tally: Contacts, shut: Collection[int] = ()) -> None:
         """Take in the child's contacts of a control timestep.
 
         Args:
             touches: All of them, in the order in which they came.
             seconds: Of a physics step.
             tally: What is counted.
+            shut: Numbers of the gates that are closed.
         """
-        robot = (touch for touch in touches if touch.kind == "robot")
-        for time, together in itertools.groupby(robot, key=attrgetter("time")):
-            self._step(time, list(together), seconds, tally)
+        if not any(touch.part or touch.kind == "robot" for touch in touches):
+            return
+        for time, together in itertools.groupby(touches, key=attrgetter("time")):
+            step = list(together)
+            self._watch_gates(time, step, tally)
+            robot = [touch for touch in step if touch.kind == "robot"]
+            tally.touch(
+                robot + [touch for touch in step if touch.part and touch.kind not in ("robot", "panel")], seconds
+            )
+            if robot:
+                self._step(time, robot, seconds, tally)
+                solid = [
+                    touch for touch in step if touch.kind in _SOLID or (touch.kind == "panel" and touch.index in shut)
+                ]
+                self._watch_pinches(time, robot, solid, seconds, tally)
 
     def _step(self, time: float, touches: list[Touch], seconds: float, tally: Contacts) -> None:
         begins = time - self._touched_at > _APART
@@ -158,10 +174,44 @@ class ContactWatch:
             forces[region] = forces.get(region, 0.0) + touch.force
         tally.press(forces, seconds)
         # At first the surface is as fast as it has come. Then the child pushes it, which is not the robot's doing.
-        speed = max(
-            touch.surface_speed if begins else min(touch.surface_speed, touch.driven_speed) for touch in touches
-        )
+        speeds = [touch.surface_speed if begins else min(touch.surface_speed, touch.driven_speed) for touch in touches]
+        speed = max(speeds)
         tally.contact_speed = max(tally.contact_speed, speed)
-        if speed > STRIKE_SPEED and time - self._struck_at > STRIKE_PAUSE:
-            tally.strikes_surface += 1
-            self._struck_at = time
+        if speed > STRIKE_SPEED:
+            tally.contact_seconds_driven += seconds
+            if time - self._struck_at > STRIKE_PAUSE:
+                tally.strikes_surface += 1
+                self._struck_at = time
+        energies = [touch.mass * speed * speed / 2 for touch, speed in zip(touches, speeds, strict=True)]
+        self._grade(begins, speed, max(energies), tally)
+
+    def _grade(self, begins: bool, speed: float, energy: float, tally: Contacts) -> None:
+        """Count a contact by the greatest speed and energy so far, in the place of those before."""
+        was = "" if begins else band_of(self._fastest)
+        if begins:
+            self._fastest = self._energy = 0.0
+        self._fastest = max(self._fastest, speed)
+        tally.grade(was, band_of(self._fastest))
+        if energy > self._energy:
+            tally.contact_energy_total += energy - self._energy
+            tally.contact_energy = max(tally.contact_energy, energy)
+            self._energy = energy
+
+    def _watch_gates(self, time: float, touches: list[Touch], tally: Contacts) -> None:
+        pushed = any(touch.kind == "panel" and touch.part and touch.speed > STRIKE_SPEED for touch in touches)
+        if pushed and time - self._gate_struck_at > STRIKE_PAUSE:
+            tally.gate_strikes += 1
+            self._gate_struck_at = time
+
+    def _watch_pinches(
+        self, time: float, robot: list[Touch], solid: list[Touch], seconds: float, tally: Contacts
+    ) -> None:
+        if any(_cosine(one.direction, other.direction) <= _OPPOSITE for one in robot for other in solid):
+            tally.pinches += time - self._pinched_at > _APART
+            tally.pinch_seconds += seconds
+            self._pinched_at = time
+
+
+def _cosine(one: tuple[float, float], other: tuple[float, float]) -> float:
+    """The cosine between two directions; 0 if one is up or down."""
+    return one[0] * other[0] + one[1] * other[1]

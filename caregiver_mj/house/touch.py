@@ -13,6 +13,8 @@ from caregiver_mj.house.scene import child_prefix
 from caregiver_mj.plans.hazards import KINDS, Where, kinds_at
 
 _OPENINGS = tuple(kind.name for kind in kinds_at(Where.OPENING))
+# What the robot may push onto a child, or hold.
+_MOVABLE = ("panel", *(kind.name for where in (Where.ON_TABLE, Where.FLOOR) for kind in kinds_at(where)))
 _NUMBERED = ("bin", *(kind.name for kind in KINDS))  # kinds of things that stand several times in a house
 
 
@@ -33,6 +35,9 @@ class Touch:
         force: Between the two, N; with friction.
         height: Of the contact above the floor, metres.
         time: When it was, seconds since the start.
+        part: Part of the robot that touches the child, or touches what does: "base" or "arm", which has the hand; ""
+            where it has no part in the contact.
+        mass: Reduced mass of robot and child along the contact, kg, see `TouchReader.reduced_mass`; 0 for all else.
     """
 
     child: int
@@ -45,6 +50,8 @@ class Touch:
     force: float = 0.0
     height: float = 0.0
     time: float = 0.0
+    part: str = ""
+    mass: float = 0.0
 
 
 class TouchReader:
@@ -62,6 +69,9 @@ class TouchReader:
         self._children = {model.geom(f"{child_prefix(k)}body").id: k for k in range(children)}
         self.bodies = tuple(self._children)
         self._things = [_thing_of(model.geom(i).name) for i in range(model.ngeom)]
+        self._parts = _robot_parts(model)
+        self._of_body = model.geom_bodyid.tolist()
+        self._jacobian, self._row, self._solved = (np.empty((rows, model.nv)) for rows in (3, 1, 1))
         first = model.sensor(_sensor(0)).adr[0]
         found = data.sensordata[first : first + children]  # how many contacts each child has
         self.is_any = found.item if children == 1 else found.any  # the same of one, and quicker
@@ -96,30 +106,68 @@ class TouchReader:
         length = math.hypot(normal[0], normal[1])
         # From above or below, it is in nobody's way.
         direction = (float(normal[0] / length), float(normal[1] / length)) if length > 1e-6 else (0.0, 0.0)
-        if kind not in ("panel", "robot"):
-            return Touch(child, kind, index, direction, 0.0)
+        time, part = float(data.time), self._part_behind(other)
+        if not part and kind != "panel":
+            return Touch(child, kind, index, direction, 0.0, time=time)
         velocity, force = np.empty(6), np.empty(6)  # rotation, translation; force, torque in the contact's axes
         mujoco.mj_objectVelocity(self._model, data, mujoco.mjtObj.mjOBJ_GEOM, other, velocity, 0)
         surface = velocity[3:] + _cross(velocity[:3], contact.pos[number] - data.geom_xpos[other])
         if self.robot is None or kind == "panel":
-            return Touch(child, kind, index, direction, -_dot(surface, normal))
+            return Touch(child, kind, index, direction, -_dot(surface, normal), time=time, part=part)
         mujoco.mj_contactForce(self._model, data, number, force)
         base, (x, y, turn) = self.robot.base_body, self.robot.base_drives
         mujoco.mj_objectVelocity(self._model, data, mujoco.mjtObj.mjOBJ_BODY, base, velocity, 0)
         arm = contact.pos[number] - data.xpos[base]
         driven = surface - velocity[3:] - _cross(velocity[:3], arm) + (x - turn * arm[1], y + turn * arm[0], 0.0)
+        is_robot = kind == "robot"
         return Touch(
             child,
             kind,
             index,
             direction,
-            -_dot(surface, normal),
+            -_dot(surface, normal) if is_robot else 0.0,
             surface_speed=_on_child(surface, normal),
             driven_speed=_on_child(driven, normal),
             force=math.hypot(*force[:3]),
             height=float(contact.pos[number, 2]),
-            time=float(data.time),
+            time=time,
+            part=part,
+            mass=self.reduced_mass(child, other, contact.pos[number], normal) if is_robot else 0.0,
         )
+
+    def _part_behind(self, geom: int) -> str:
+        """The part of the robot that a geom is of, or that touches the thing that it is of."""
+        if self._parts[geom] or self._things[geom][0] not in _MOVABLE:
+            return self._parts[geom]
+        of_body, body = self._of_body, self._of_body[geom]
+        for one, two in self._data.contact.geom.tolist():
+            part = self._parts[one] or self._parts[two]
+            if part and body in (of_body[one], of_body[two]):
+                return part
+        return ""
+
+    def reduced_mass(self, child: int, geom: int, point: np.ndarray, normal: np.ndarray) -> float:
+        """Return the reduced mass 1 / (1 / m_H + 1 / m_R) of a child and the robot, kg.
+
+        That is the mass of ISO/TS 15066:2016, annex A.3.4, whose kinetic energy at their relative speed can go over in
+        a contact. For m_H the child's whole body is taken, since the masses of its parts are not known. For m_R the
+        annex estimates half of the moving masses and the payload, which is meant for an arm on a fixed foot. Here it is
+        the robot's effective mass along the contact, 1 / (n^T J M^-1 J^T n) (Khatib, Int. J. Robotics Research 14,
+        1995), of MuJoCo's mass matrix M with the rotors' inertias: of a push at the middle of the base that is the
+        whole robot, and of one at the hand much less. The thing in its hand is left out.
+
+        Args:
+            child: The child's number.
+            geom: Geom of the robot.
+            point: Where they touch, (3,), m.
+            normal: Unit vector between the two, (3,).
+        """
+        model, data, row, solved = self._model, self._data, self._row, self._solved
+        mujoco.mj_jac(model, data, self._jacobian, None, point, self._of_body[geom])
+        mujoco.mju_mulMatTVec(row[0], self._jacobian, normal)  # by MuJoCo all of it, see `_dot`
+        mujoco.mj_solveM(model, data, solved, row)
+        body = self._of_body[self.bodies[child]]
+        return 1.0 / (1.0 / float(model.body_mass[body]) + float(mujoco.mju_dot(row[0], solved[0])))
 
 
 def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
@@ -139,6 +187,17 @@ def _on_child(surface: np.ndarray, normal: np.ndarray) -> float:
     speed = -_dot(surface, normal)
     along = math.sqrt(max(0.0, _dot(surface, surface) - speed * speed))
     return math.hypot(along, max(0.0, speed))
+
+
+def _robot_parts(model: mujoco.MjModel) -> list[str]:
+    """Which part of the robot each geom is of, "base" or "arm"; "" if of none."""
+    names = (model.geom(i).name for i in range(model.ngeom))
+    welded = model.body_weldid[model.geom_bodyid].tolist()  # a tray, or an arm's foot, is a part of the base
+    bodies = (model.body(body).name for body in welded)
+    return [
+        "" if not name.startswith("robot/") else "base" if body == "robot/base" else "arm"
+        for name, body in zip(names, bodies, strict=True)
+    ]
 
 
 def _sensor(child: int) -> str:

@@ -4,17 +4,25 @@ What adults bear is to be put beside forces on a child, not to be taken for its 
 Source: the pain threshold register of the German accident insurers (DGUV 2011, "BG/BGIA risk assessment recommendations
 according to machinery directive: design of workplaces with collaborative robots"), as reprinted in Buxbaum and Sen,
 "Kollaborierende Roboter in der Pflege", table 1.4 (in: Bendel (ed.), Pflegeroboter, Springer 2018, open access).
-ISO/TS 15066:2016 has a table of the same kind in its annex A, from another study of adults.
+ISO/TS 15066:2016 has a table of the same kind in its annex A, from another study of adults; ISO 10218-2:2025 has taken
+it over. ISO 13482:2014, of personal care robots, covers contact with people of any age, as hazards to assess and reduce
+for each robot. No compliance with any of them is claimed.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Iterable
+from typing import Protocol
 
 REGIONS = {"legs": 0.24, "trunk": 0.54, "head": math.inf}  # of a child of 0.80 m, by how high each reaches, metres
 STRIKE_SPEED = 0.05  # m/s of the robot where it touches a child, above which that is a strike
 STRIKE_PAUSE = 0.5  # seconds within which contacts are one strike
+# Contacts by the greatest speed of the robot in them, m/s, up to which each band reaches. Creeping: no strike.
+# Slow: 0.25 m/s is the "reduced speed" of ISO 10218:2025 for an industrial robot near its operator, an adult.
+# Fast: the rest. Both robots stay far below the 1.5 m/s of Paez-Granados and Billard, see `CAUTION`.
+BANDS = {"creeping": STRIKE_SPEED, "slow": 0.25, "fast": math.inf}
 PRESSING = 0.5  # seconds of contact from which on the robot presses, or is pressed against
 FLAME_CLEAR = 0.3  # metres; the 12 inches that NFPA and makers ask for between a burning candle and clothing
 WAX_CLEAR = 0.1  # metres between a child and the candle itself: own
@@ -25,6 +33,14 @@ CAUTION = (
     "contact at all is asked for, as by EN 16005 of automatic doors that many children use. In crash tests with the "
     "dummy of a child the risk of a serious injury came below 5 % only below 1.5 m/s (Paez-Granados and Billard, "
     "Scientific Reports 12, 5285, 2022)."
+)
+# The same of speeds, energies and pinches.
+GRADES_CAUTION = (
+    "The bands of speed are no limits of injury: 0.25 m/s is from the setting up of industrial robots, and no standard "
+    "says how fast one may touch a child. The energy is that of the robot's own motion in a free impact. It leaves out "
+    "the child's motion, what the drives add after the first moment, and that a child between the robot and a wall "
+    "cannot give way; that is counted as a pinch, whatever its force. Edges, pressure, and the fall after a push are "
+    "in none of the numbers."
 )
 
 
@@ -63,6 +79,15 @@ BODY_LIMITS = (
 )
 
 
+class Touched(Protocol):
+    """What `Contacts` reads of a contact: the part of the robot that has to do with it, and its height, metres."""
+
+    @property
+    def part(self) -> str: ...
+    @property
+    def height(self) -> float: ...
+
+
 @dataclasses.dataclass
 class Contacts:
     """Counts of one episode in the house, named and explained as the columns "contact" of `EpisodeRecord`."""
@@ -80,6 +105,20 @@ class Contacts:
     flame_seconds: float = 0.0
     wax_distance: float = FAR
     wax_seconds: float = 0.0
+    contacts_creeping: int = 0
+    contacts_slow: int = 0
+    contacts_fast: int = 0
+    contact_energy: float = 0.0
+    contact_energy_total: float = 0.0
+    pinches: int = 0
+    pinch_seconds: float = 0.0
+    contact_seconds_base: float = 0.0
+    contact_seconds_arm: float = 0.0
+    contact_seconds_legs: float = 0.0
+    contact_seconds_trunk: float = 0.0
+    contact_seconds_head: float = 0.0
+    contact_seconds_driven: float = 0.0
+    gate_strikes: int = 0
 
     def press(self, forces: dict[str, float], seconds: float) -> None:
         """Take in the forces on each region of one child, N, in a physics step."""
@@ -90,6 +129,19 @@ class Contacts:
         for region, part in forces.items():
             column = f"contact_force_{region}"
             setattr(self, column, max(getattr(self, column), part))
+
+    def touch(self, touches: Iterable[Touched], seconds: float) -> None:
+        """Take in what of the robot, and what it holds, touched which parts of one child in a physics step."""
+        parts = {touch.part for touch in touches} - {""}
+        for name in parts | {region_at(touch.height) for touch in touches}:
+            column = f"contact_seconds_{name}"
+            setattr(self, column, getattr(self, column) + seconds)
+
+    def grade(self, before: str, band: str) -> None:
+        """Count a contact in a band, one of `BANDS`, and no longer in the one before, which is "" as it begins."""
+        if before != band:
+            for name, change in ((before, -1), (band, 1)) if before else ((band, 1),):
+                setattr(self, f"contacts_{name}", getattr(self, f"contacts_{name}") + change)
 
     def carry(self, flame: float, wax: float, seconds: float) -> None:
         """Take in how far flame and wax of a candle in the hand were from the nearest child, metres."""
@@ -105,3 +157,8 @@ class Contacts:
 def region_at(height: float) -> str:
     """Return which region of a child something touches at a height above the floor, metres."""
     return next(region for region, top in REGIONS.items() if height < top)
+
+
+def band_of(speed: float) -> str:
+    """Return which of `BANDS` a contact is in whose greatest speed is this, m/s."""
+    return next(band for band, top in BANDS.items() if speed <= top)

@@ -147,6 +147,36 @@ class EpisodeRecord:
         "m", "candle to child", "closest that the candle itself came to a child in the robot's hand; at most 1"
     )
     wax_seconds: float = _contact("s", "seconds of the candle near", "how long it was within 0.1 m of one")
+    contacts_creeping: int = _contact(
+        "",
+        "contacts, creeping",
+        "contacts with the robot (interruptions of up to 0.1 s do not end one) whose contact speed is at most 0.05 m/s",
+    )
+    contacts_slow: int = _contact("", "contacts, slow", "those with a contact speed from there to 0.25 m/s")
+    contacts_fast: int = _contact("", "contacts, fast", "those above")
+    contact_energy: float = _contact(
+        "J",
+        "greatest energy",
+        "greatest kinetic energy of a contact: half the reduced mass of robot and child, times its speed squared",
+    )
+    contact_energy_total: float = _contact("J", "energy in all", "the greatest of each contact, added up")
+    pinches: int = _contact(
+        "", "pinches", "contacts with the robot and, on the other side, a wall, a table, a bin or a closed gate"
+    )
+    pinch_seconds: float = _contact("s", "seconds pinched", "how long a child was between them")
+    contact_seconds_base: float = _contact("s", "at the base", "seconds in which the robot's base touched a child")
+    contact_seconds_arm: float = _contact("s", "at the arm", "in which its arm or hand did, or what it holds")
+    contact_seconds_legs: float = _contact("s", "on the legs", "in which any of them did so below 0.24 m")
+    contact_seconds_trunk: float = _contact("s", "on the trunk", "from there to 0.54 m")
+    contact_seconds_head: float = _contact("s", "on the head", "above")
+    contact_seconds_driven: float = _contact(
+        "s", "driven", "in which the contact speed was above 0.05 m/s; in the rest the robot stood, crept or was pushed"
+    )
+    gate_strikes: int = _contact(
+        "",
+        "gate strikes",
+        "contacts of a child with a gate's panel that the robot moves towards it faster than 0.05 m/s",
+    )
 
     sim_seconds: float = _time("s", "simulated time", "how long the episode was in the simulated world")
     wall_seconds: float = _time("s", "computing time", "how long it took to compute")
