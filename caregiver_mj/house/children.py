@@ -148,18 +148,14 @@ class ContactWatch:
         if not any(touch.part or touch.kind == "robot" for touch in touches):
             return
         for time, together in itertools.groupby(touches, key=attrgetter("time")):
-            step = list(together)
-            self._watch_gates(time, step, tally)
-            robot = [touch for touch in step if touch.kind == "robot"]
-            tally.touch(
-                robot + [touch for touch in step if touch.part and touch.kind not in ("robot", "panel")], seconds
-            )
+            now = list(together)
+            robot = [touch for touch in now if touch.kind == "robot"]
+            held = [touch for touch in now if touch.part and touch.kind not in ("robot", "panel")]
+            tally.touch(robot + held, seconds)
             if robot:
                 self._step(time, robot, seconds, tally)
-                solid = [
-                    touch for touch in step if touch.kind in _SOLID or (touch.kind == "panel" and touch.index in shut)
-                ]
-                self._watch_pinches(time, robot, solid, seconds, tally)
+                self._watch_pinches(time, robot, [touch for touch in now if _is_solid(touch, shut)], seconds, tally)
+            self._watch_gates(time, now, tally)
 
     def _step(self, time: float, touches: list[Touch], seconds: float, tally: Contacts) -> None:
         begins = time - self._touched_at > _APART
@@ -186,7 +182,7 @@ class ContactWatch:
         self._grade(begins, speed, max(energies), tally)
 
     def _grade(self, begins: bool, speed: float, energy: float, tally: Contacts) -> None:
-        """Count a contact by the greatest speed and energy so far, in the place of those before."""
+        """Count a contact by its greatest speed and energy so far, and no longer by those before."""
         was = "" if begins else band_of(self._fastest)
         if begins:
             self._fastest = self._energy = 0.0
@@ -210,6 +206,11 @@ class ContactWatch:
             tally.pinches += time - self._pinched_at > _APART
             tally.pinch_seconds += seconds
             self._pinched_at = time
+
+
+def _is_solid(touch: Touch, shut: Collection[int]) -> bool:
+    """Return whether what a child touches gives no way. Other children are no touch: they do not collide."""
+    return touch.kind in _SOLID or (touch.kind == "panel" and touch.index in shut)
 
 
 def _cosine(one: tuple[float, float], other: tuple[float, float]) -> float:

@@ -153,8 +153,9 @@ class TouchReader:
         a contact. For m_H the child's whole body is taken, since the masses of its parts are not known. For m_R the
         annex estimates half of the moving masses and the payload, which is meant for an arm on a fixed foot. Here it is
         the robot's effective mass along the contact, 1 / (n^T J M^-1 J^T n) (Khatib, Int. J. Robotics Research 14,
-        1995), of MuJoCo's mass matrix M with the rotors' inertias: of a push at the middle of the base that is the
-        whole robot, and of one at the hand much less. The thing in its hand is left out.
+        1995), of MuJoCo's mass matrix M with the rotors' inertias: 20 to 120 kg at the base, 3 to 9 kg at the palm. It
+        knows no stops of joints, so a finger that is pushed along its slide is as heavy as itself; and the thing in
+        the hand is left out.
 
         Args:
             child: The child's number.

@@ -16,17 +16,17 @@ STEP = 0.005  # seconds
 HALL = FloorPlan.parse("############\n#..........#\n#B.........#\n#..........#\n############", "hall")
 
 
-def touch(time, speed=0.0, force=0.0, height=0.2, kind="robot", driven=math.inf):
-    return Touch(
-        0, kind, -1, (1.0, 0.0), 0.0, surface_speed=speed, driven_speed=driven, force=force, height=height, time=time
-    )
+def touch(time, speed=0.0, force=0.0, height=0.2, kind="robot", driven=math.inf, **more):
+    about = {"index": -1, "direction": (1.0, 0.0), "part": "base" if kind == "robot" else ""} | more
+    how = {"surface_speed": speed, "driven_speed": driven, "force": force, "height": height, "time": time}
+    return Touch(0, kind, speed=0.0, **how, **about)
 
 
-def counted(*touches, lots=1):
-    """What is counted of touches, taken in together or in several lots."""
+def counted(*touches, lots=1, shut=()):
+    """What is counted of touches, taken in together or in several lots, where some gates are shut."""
     watch, tally = ContactWatch(), Contacts()
     for lot in np.array_split(np.arange(len(touches)), lots):
-        watch.take_in([touches[i] for i in lot], STEP, tally)
+        watch.take_in([touches[i] for i in lot], STEP, tally, shut)
     return tally
 
 
@@ -75,6 +75,92 @@ def test_while_a_contact_lasts_the_surface_is_as_fast_as_it_is_driven():
     assert counted(touch(0.0, 0.2, driven=0.0)).strikes_surface == 1
     assert counted(touch(0.0, 0.01, driven=0.3), touch(0.005, 0.01, driven=0.3)).strikes_surface == 0
     assert counted(touch(0.0, 0.01), touch(0.005, 0.2, driven=0.3)).strikes_surface == 1
+
+
+def graded(*touches, **how):
+    tally = counted(*touches, **how)
+    return tally.contacts_creeping, tally.contacts_slow, tally.contacts_fast
+
+
+@pytest.mark.parametrize("lots", [1, 7])
+def test_a_contact_is_in_the_band_of_its_greatest_speed(lots):
+    assert graded(touch(0.0, 0.05)) == (1, 0, 0)
+    assert graded(touch(0.0, 0.051)) == graded(touch(0.0, 0.25)) == (0, 1, 0)
+    assert graded(touch(0.0, 0.251)) == (0, 0, 1)
+    growing = [touch(0.02 * i, 0.01 * i) for i in range(30)]  # one contact, up to .29 m/s
+    assert graded(*growing, lots=lots) == (0, 0, 1)
+    assert graded(*reversed([touch(0.58 - t.time, t.surface_speed) for t in growing]), lots=lots) == (0, 0, 1)
+    assert graded(*lasting(0.3, speed=0.1), *lasting(0.3, start=0.5, speed=0.01), lots=lots) == (1, 1, 0)
+    assert graded(touch(0.0, 0.01), touch(0.005, 0.3, driven=0.02)) == (1, 0, 0)  # a child pushes it
+
+
+def test_energy_is_half_the_mass_times_speed_squared_once_for_each_contact():
+    light, heavy = touch(0.0, 0.4, mass=1.0), touch(0.0, 0.2, mass=10.0)
+    assert counted(light, heavy).contact_energy == pytest.approx(0.2)  # the greater of .08 and .2 J
+    steps = [touch(0.005 * i, speed, mass=10.0) for i, speed in enumerate((0.1, 0.3, 0.2, 0.3))]
+    tally = counted(*steps, touch(1.0, 0.2, mass=10.0))
+    assert (tally.contact_energy, tally.contact_energy_total) == pytest.approx((0.45, 0.45 + 0.2))
+    assert counted(touch(0.0, 0.01, mass=10.0), touch(0.005, 0.5, driven=0.0, mass=10.0)).contact_energy < 0.001
+
+
+@pytest.mark.parametrize("part", ["base", "arm"])
+@pytest.mark.parametrize(("height", "region"), [(0.2, "legs"), (0.3, "trunk"), (0.6, "head")])
+def test_seconds_are_by_part_region_and_who_drives(part, height, region):
+    tally = counted(*lasting(0.1, speed=0.1, part=part, height=height), *lasting(0.2, start=1.0, part=part, height=0.7))
+    seconds = {name: getattr(tally, f"contact_seconds_{name}") for name in ("base", "arm", "legs", "trunk", "head")}
+    expected = dict.fromkeys(seconds, 0.0) | {part: 0.3, "head": 0.2}
+    expected[region] += 0.1
+    assert seconds == pytest.approx(expected)
+    assert tally.contact_seconds_driven == pytest.approx(0.1)
+    both = counted(touch(0.0, part="base"), touch(0.0, part="arm"))  # at a time
+    assert (both.contact_seconds_base, both.contact_seconds_arm, both.contact_seconds_legs) == (STEP, STEP, STEP)
+
+
+def test_a_thing_in_the_hand_is_no_contact_with_the_robot_but_one_of_its_arm():
+    tally = counted(*lasting(0.1, kind="candle", part="arm", speed=0.3, height=0.3))
+    assert (tally.contact_seconds_arm, tally.contact_seconds_trunk) == pytest.approx((0.1, 0.1))
+    assert (tally.contact_seconds, tally.contact_speed, tally.contact_energy) == (0.0, 0.0, 0.0)
+    assert counted(*lasting(0.1, kind="candle", height=0.3)) == Contacts()  # on its table
+
+
+def opposite(kind, degrees=180.0, index=-1):
+    """A touch of another thing, at an angle from the robot as the child sees the two."""
+    angle = math.radians(degrees)
+    return touch(0.0, kind=kind, direction=(math.cos(angle), math.sin(angle)), index=index)
+
+
+@pytest.mark.parametrize("kind", ["wall", "table", "bin"])
+def test_a_child_is_pinched_between_the_robot_and_what_gives_no_way(kind):
+    assert counted(touch(0.0), opposite(kind)).pinches == 1
+    assert counted(touch(0.0), opposite(kind)).pinch_seconds == STEP
+    assert (
+        counted(touch(0.0), opposite(kind, 121.0)).pinches == counted(opposite(kind, -121.0), touch(0.0)).pinches == 1
+    )
+    assert counted(touch(0.0), opposite(kind, 119.0)).pinches == counted(touch(0.0), opposite(kind, 0.0)).pinches == 0
+    assert counted(opposite(kind)) == Contacts()
+    assert counted(touch(0.005), opposite(kind)).pinches == 0  # one after the other
+
+
+def test_a_gate_pinches_where_it_is_shut_and_things_that_can_be_pushed_away_do_not():
+    assert counted(touch(0.0), opposite("panel", index=1), shut=[1]).pinches == 1
+    assert counted(touch(0.0), opposite("panel", index=1), shut=[0]).pinches == 0
+    assert counted(touch(0.0), opposite("candle")).pinches == counted(touch(0.0), opposite("robot")).pinches == 0
+
+
+def test_a_pinch_that_flickers_is_one():
+    for gap, pinches in ((0.09, 1), (0.11, 2)):
+        later = [touch(gap), touch(gap, kind="wall", direction=(-1.0, 0.0))]
+        assert counted(touch(0.0), opposite("wall"), *later).pinches == pinches
+
+
+def test_a_gate_strikes_if_the_robot_pushes_it_towards_the_child():
+    def pushed(time=0.0, speed=0.06, part="arm"):
+        return Touch(0, "panel", 0, (1.0, 0.0), speed, time=time, part=part)
+
+    assert counted(pushed()).gate_strikes == 1
+    assert counted(pushed(speed=0.05)).gate_strikes == counted(pushed(part="")).gate_strikes == 0
+    assert counted(pushed(), pushed(0.4), pushed(0.6)).gate_strikes == 2
+    assert counted(pushed()).contact_seconds_arm == 0.0  # a gate is not in its hand
 
 
 def test_of_the_candle_the_closest_and_the_time_within_the_distances_count():
