@@ -11,6 +11,7 @@ import functools
 import math
 import threading
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -58,6 +59,10 @@ class Routes:
         self._row_of: dict[tuple[int, ...], int] = {}  # by the children's cells: where in the tables below
         # Zero pages until written to, so a large plan costs only what occurs. The last place of a row is ASIDE.
         self._distance, self._next_cell = (np.zeros(_shape(plan, places), np.int16) for _ in range(_TABLES))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return how a copy or a pickle is made: by `routes`, for what has been learnt is shared, and large."""
+        return routes, (self._plan, tuple(map(tuple, self._stand)))
 
     def towards(
         self, place: np.ndarray, child_cell: np.ndarray, caregiver_cell: np.ndarray, yields: bool = True

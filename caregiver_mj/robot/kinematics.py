@@ -12,6 +12,7 @@ import itertools
 import math
 import threading
 from collections.abc import Sequence
+from typing import Any
 
 import mink
 import mujoco
@@ -69,6 +70,10 @@ class Arm:
         self._damping = mink.DampingTask(self._model, cost=still)  # base, wheels and fingers stand still
         self._limits = [mink.ConfigurationLimit(self._model)]
         self.ranges = tuple(np.array([self._model.joint(name).range for name in joints]).T)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Arm:
+        """Return itself: it remembers nothing between calls, and one thread after the other is answered."""
+        return self
 
     def solve(self, x: float, z: float, guess: np.ndarray | None = None) -> np.ndarray:
         """Solve the inverse kinematics of the hand in the base's middle plane, as for a candle that stands.

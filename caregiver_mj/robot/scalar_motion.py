@@ -6,6 +6,7 @@ They are functions of time that continue from whatever state they are in when a 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from ruckig import ControlInterface, InputParameter, Result, Ruckig, RuckigError, Trajectory
 
@@ -26,7 +27,6 @@ class ScalarMotion:
     def __init__(self, limits: Limits, position: float, brakes: bool = False):
         self._brakes = brakes
         self.target = position
-        self._solver = Ruckig(1)
         self._start = 0.0
         self._rest: float | None = position  # at rest here, unless a trajectory is under way
         self._sampled_at: float
@@ -125,7 +125,7 @@ class ScalarMotion:
             asked.target_position = [self.target]
         else:
             asked.target_velocity = [self.target]
-        self._trajectory = solve(self._solver, asked)
+        self._trajectory = solve(Ruckig(1), asked)
         self._duration = self._trajectory.duration
         self._start, self._rest = now, None
         self._sampled_at, self._highest = math.nan, None  # samples of the old trajectory are void
@@ -133,6 +133,13 @@ class ScalarMotion:
 
 class PathError(Exception):
     """A path cannot be entered from the present motion."""
+
+
+class Solved(Trajectory):
+    """A trajectory that is never changed again, so that copies of a robot's motion can share it."""
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Solved:
+        return self
 
 
 def parameters(
@@ -156,7 +163,7 @@ def solve(solver: Ruckig, asked: InputParameter) -> Trajectory:
     Raises:
         PathError: There is none.
     """
-    trajectory = Trajectory(solver.degrees_of_freedom)
+    trajectory = Solved(solver.degrees_of_freedom)
     try:
         try:
             result = solver.calculate(asked, trajectory)
