@@ -21,7 +21,7 @@ __all__ = ["ALL_TASKS", "CaregiverError", "CaregiverPolicy", "FloorPlan", "__ver
 # without, and one that only says what there is without the others.
 _LAZY = {
     "ALL_TASKS": "caregiver_mj.tasks",
-    "load": "caregiver_mj.tasks",
+    "load": "caregiver_mj.experiments.score",  # that of `caregiver_mj.tasks`, with the score
     "CaregiverPolicy": "caregiver_mj.policy.policy",
     "FloorPlan": "caregiver_mj.plans.floor_plan",
     "house_names": "caregiver_mj.plans.floor_plan",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import collections
 import dataclasses
 import numbers
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
@@ -115,6 +115,7 @@ class CareTask(control.Task):
     needs_robot = False
     time_limit: float | None = None  # seconds of an episode, if not 200 novice timesteps
     observed: ClassVar[Mapping[str, Observed]] = OBSERVED  # what stands in its observations
+    scorer: Callable[[int, Mapping[str, Any]], np.ndarray] | None = None  # of the score; `caregiver_mj.load` enters it
 
     def __init__(
         self,
@@ -386,12 +387,16 @@ class CareTask(control.Task):
     def outcome(self) -> dict[str, Any]:
         """Return what has been measured in the episode so far, named as the columns of `EpisodeRecord`.
 
+        In an environment of `caregiver_mj.load` there is also its `score`, see `caregiver_mj.experiments.score`; the
+        first one in a house takes up to a second.
+
         Raises:
             CaregiverError: None has begun.
         """
         if not hasattr(self, "ledger"):
             raise CaregiverError("no episode has begun: call env.reset() first")
-        return self.ledger.outcome() | self.contacts.outcome()
+        measured = self.ledger.outcome() | self.contacts.outcome()
+        return measured | ({"score": self.scorer(self.timestep, measured).item()} if self.scorer else {})
 
     def note_interventions(self, begun: int, done: int, left: Mapping[int, State] | None = None) -> None:
         """Take note of how many interventions the caregiver has begun now, and how many it has completed.

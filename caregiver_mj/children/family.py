@@ -192,25 +192,30 @@ def check_different(families: Iterable[Family]) -> None:
 
 
 class SideBySide(Behaviour):
-    """Behaviours each of which decides for so many episodes of the batch, the first one for the first."""
+    """Behaviours each of which decides for so many episodes of the batch, the first one for the first.
+
+    Attributes:
+        parts: The behaviours.
+        sizes: For how many episodes each decides.
+    """
 
     def __init__(self, plan: FloorPlan, parts: Sequence[Behaviour], sizes: Sequence[int]):
         super().__init__(plan, sum(part.epsilon for part in parts) / len(parts))
-        self._parts, self._sizes = tuple(parts), tuple(sizes)
+        self.parts, self.sizes = tuple(parts), tuple(sizes)
         ends = np.cumsum([0, *sizes]).tolist()
         self._shares = [slice(*share) for share in itertools.pairwise(ends)]
 
     def reset(self, batch: int) -> None:
-        if batch != sum(self._sizes):
-            raise CaregiverError(f"batch must be {sum(self._sizes)}, the episodes of these behaviours, got {batch}")
-        for part, size in zip(self._parts, self._sizes, strict=True):
+        if batch != sum(self.sizes):
+            raise CaregiverError(f"batch must be {sum(self.sizes)}, the episodes of these behaviours, got {batch}")
+        for part, size in zip(self.parts, self.sizes, strict=True):
             part.reset(size)
 
     def act(self, sight: Sight, draws: np.ndarray) -> np.ndarray:
         return self._each(lambda part, share: part.act(sight.of(share), draws[share]))
 
     def epsilons(self, batch: int) -> np.ndarray:
-        parts = zip(self._parts, self._sizes, strict=True)
+        parts = zip(self.parts, self.sizes, strict=True)
         return np.concatenate([part.epsilons(size) for part, size in parts])
 
     def reconsider(self, goal: np.ndarray, draw: np.ndarray) -> np.ndarray:
@@ -220,7 +225,7 @@ class SideBySide(Behaviour):
         return self._each(lambda part, share: part.next_bin(draw[share]))
 
     def _each(self, answer: Callable[[Behaviour, slice], np.ndarray]) -> np.ndarray:
-        return np.concatenate([answer(part, share) for part, share in zip(self._parts, self._shares, strict=True)])
+        return np.concatenate([answer(part, share) for part, share in zip(self.parts, self._shares, strict=True)])
 
 
 def side_by_side(plan: FloorPlan, families: Sequence[Family], episodes: int) -> Family:
@@ -237,3 +242,12 @@ def side_by_side(plan: FloorPlan, families: Sequence[Family], episodes: int) -> 
     sizes = [episodes] * len(families)
     made = [family.make(plan) for family in families]
     return Family(tuple(SideBySide(plan, parts, sizes) for parts in zip(*made, strict=True)))
+
+
+def parts_of(family: Family) -> list[tuple[Family, int]]:
+    """Return the families that stand side by side in one, each with its number of episodes; else itself, with 1."""
+    first = family.children[0]
+    if not isinstance(first, SideBySide):
+        return [(family, 1)]
+    children = [child.parts for child in family.children if isinstance(child, SideBySide)]
+    return [(Family(tuple(parts)), size) for *parts, size in zip(*children, first.sizes, strict=True)]

@@ -1,0 +1,138 @@
+"""The score of an episode: 0 for children left alone, 1 for the damage of bare tables only, less what the robot does.
+
+    score = (none - damage - robot harm) / (none - floor)
+
+`none` and `floor` are means over `EPISODES` episodes in the grid, as long as the one that is scored: the damage to the
+same children without a caregiver, and that of bare tables only, which no intervention prevents. What the caregiver sees
+changes neither. So the mean score of many episodes in a house is the score of their mean damage.
+
+Robot harm has no constant of its own: a strike costs what the lightest collision of the house's `DamageWeights` costs
+(1, a bump into a bare table), a thing that the robot drops what the worst thing on a table costs.
+
+A single episode varies widely: the score may be far below 0, and above 1 where the children were lucky.
+"""
+
+from __future__ import annotations
+
+import copy
+import functools
+import warnings
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from caregiver_mj import tasks
+from caregiver_mj.children.family import ChildSpec, Family, parts_of
+from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
+from caregiver_mj.grid.world import FloorWorld, GridWorld
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import Where
+
+EPISODES = 500  # the mean damage of `none` has a standard error of 1 to 3 % of it in the houses of the package
+
+
+class Expected(NamedTuple):
+    """Mean damage by the end of each novice timestep, from none to 200 of them, (201,) or (201, B) for B episodes."""
+
+    none: np.ndarray
+    floor: np.ndarray
+
+
+def score(
+    damage: float | np.ndarray, none: float | np.ndarray, floor: float | np.ndarray, robot_harm: float | np.ndarray = 0
+) -> np.ndarray:
+    """Return the score of damage, a number or an array of the arguments' common shape.
+
+    It is NaN where alone the children come to no more than with bare tables only: nothing there can be prevented.
+
+    Args:
+        damage: Damage to the children, of an episode or a mean.
+        none: Expected damage without a caregiver.
+        floor: Expected damage of bare tables only.
+        robot_harm: What the robot does to the children, in units of damage; see `robot_harm`.
+    """
+    preventable = np.subtract(none, floor)
+    prevented = np.subtract(none, damage) - robot_harm
+    return np.divide(prevented, preventable, np.full(prevented.shape, np.nan), where=preventable > 0)
+
+
+def robot_harm(plan: FloorPlan, outcome: Mapping[str, Any]) -> Any:
+    """Return what `strikes` and `candles_dropped` of an episode, or of several, come to in units of damage."""
+    lightest = min(filter(None, plan.damage.values()), default=0.0)
+    return outcome["strikes"] * lightest + outcome["candles_dropped"] * plan.hazards.worst(Where.ON_TABLE)
+
+
+class Scorer:
+    """Scores episodes of some children in a house. What it needs to know is found out when it is first asked.
+
+    Attributes:
+        plan: The house.
+        family: The children.
+    """
+
+    def __init__(self, plan: FloorPlan, family: Family):
+        self.plan, self.family = plan, family
+
+    def __call__(self, timestep: int, outcome: Mapping[str, Any]) -> np.ndarray:
+        """Return the score of episodes up to a novice timestep, (B,).
+
+        Args:
+            timestep: How many novice timesteps have been; beyond 200 the expected damage grows at its mean rate.
+            outcome: What is measured in them, named as in `EpisodeRecord`; numbers of one episode, or arrays (B,).
+        """
+        last, longer = min(timestep, EPISODE_TIMESTEPS), max(1.0, timestep / EPISODE_TIMESTEPS)
+        none, floor = (curve[last] * longer for curve in self.expected)
+        return score(outcome["damage"], none, floor, robot_harm(self.plan, outcome))
+
+    @functools.cached_property
+    def expected(self) -> Expected:
+        """What is to be expected in each of the B episodes; of a family that is none of several B is 1."""
+        parts, sizes = zip(*parts_of(self.family), strict=True)
+        curves = np.array([expected_damage(self.plan, part) for part in parts])  # (parts, 2, timesteps + 1)
+        return Expected(*np.repeat(curves.transpose(1, 2, 0), sizes, axis=2))
+
+
+def expected_damage(plan: FloorPlan, family: Family) -> Expected:
+    """Return the mean damage to a family without a caregiver, and that of bare tables only, of each (201,).
+
+    It is worked out once in a process for children by name. A child of your own class is copied first, for it may be in
+    the midst of an episode. Where that, or a batch of episodes with it, fails, there is a warning, and it is NaN.
+    """
+    if all(isinstance(child, ChildSpec) for child in family.children):
+        return _of_named(plan, family)
+    try:
+        return _simulated(plan, copy.deepcopy(family, {id(plan): plan}))
+    except Exception as error:  # whatever somebody else's class raises
+        warnings.warn(f"there is no score with children {family}, for they cannot be simulated: {error}", stacklevel=2)
+        return Expected(*np.full((2, EPISODE_TIMESTEPS + 1), np.nan))
+
+
+def _simulated(plan: FloorPlan, family: Family) -> Expected:
+    worlds = GridWorld(plan, family, None), FloorWorld(plan, family)
+    return Expected(*(_curve(world, len(family)) for world in worlds))
+
+
+_of_named = functools.lru_cache(maxsize=4096)(_simulated)
+
+
+def _curve(world: GridWorld, children: int) -> np.ndarray:
+    """Mean damage so far, at the start and after each novice timestep."""
+    found = [0.0]
+    world.reset(_tapes(children))
+    for _ in range(EPISODE_TIMESTEPS):
+        world.step()
+        found.append(float(world.ledger.damage.mean()))
+    return np.array(found)
+
+
+@functools.lru_cache(maxsize=2)  # they take as long as the episodes
+def _tapes(children: int) -> Sequence[Sequence[Tape]]:
+    return [Tape.draw_family(np.random.RandomState(seed), children) for seed in range(EPISODES)]
+
+
+@functools.wraps(tasks.load)
+def load(*args: Any, **options: Any) -> Any:  # `caregiver_mj.load`: a task may not know the grid
+    env = tasks.load(*args, **options)
+    env.task.scorer = Scorer(env.task.plan, env.task.family)
+    return env
