@@ -10,10 +10,8 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from caregiver_mj.children.tape import EPISODE_TIMESTEPS
-from caregiver_mj.errors import LARGEST_SEED, CaregiverError, UnknownOptionError, check_integer, check_kind
+from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Random, random_state
+from caregiver_mj.errors import CaregiverError, UnknownOptionError, check_kind
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.visibility import Sight
 from caregiver_mj.registry import named_object
@@ -88,7 +86,7 @@ def load(
     task: str,
     house: str | os.PathLike[str] | FloorPlan = "paper",
     epsilon: Who | Sequence[Who] = 0.5,
-    random: np.random.RandomState | int | None = None,
+    random: Random = None,
     task_kwargs: dict[str, Any] | None = None,
     environment_kwargs: dict[str, Any] | None = None,
     visuals: bool = True,
@@ -101,7 +99,8 @@ def load(
         house: A floor plan, its name, as that of a house of the package or `house-17`, or a path of one.
         epsilon: Share of the novice's moves that are random, in [0, 1]. For several children that of each, as in
             "1,.25", or a `Family`, or a list of children.
-        random: Source of all randomness, or a seed for one; None for a fresh one.
+        random: Source of all randomness, a `RandomState` or a `Generator`, which is then drawn from; or a seed for one,
+            Python's or NumPy's integer; None for a fresh one.
         task_kwargs: Further arguments of the task: `embodiment`, the robot's name, or `robot=False`, and so on;
             `family` takes the place of epsilon, and `time_limit`, in seconds, that of the task's own.
         environment_kwargs: Further arguments of `dm_control.rl.control.Environment`.
@@ -129,8 +128,7 @@ def load(
         raise CaregiverError("random must be given once, got it in task_kwargs, too")
     eyes = {} if str(sight) == "all" else {"sight": sight}  # a task of one's own need not know of it
     kind, options = TASKS[task].find_kind(), {"family": epsilon, "random": random, **eyes, **(task_kwargs or {})}
-    if not isinstance(options["random"], np.random.RandomState | None):
-        check_integer("random, if no numpy.random.RandomState,", options["random"], 0, LARGEST_SEED)
+    options["random"] = random_state(options["random"])
     if kind.needs and kind.needs.verb not in plan.hazards.verb:
         needed = f"a {kind.needs.name} ({kind.needs.symbol})"
         raise CaregiverError(f"{task} needs {needed}, and floor plan '{plan.name}' has none")

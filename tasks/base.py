@@ -14,7 +14,7 @@ from dm_env import specs
 from caregiver_mj.caregivers.caregiver import Caregiver, starting_tables
 from caregiver_mj.caregivers.told import Truth
 from caregiver_mj.children.family import Family, Who
-from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape, start_cells
+from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Random, Tape, random_state, start_cells
 from caregiver_mj.children.walk import WALKING_SPEED, novice_timestep
 from caregiver_mj.errors import CaregiverError, check_kind, check_number
 from caregiver_mj.house.candles import Candles, watch_candle
@@ -121,7 +121,7 @@ class CareTask(control.Task):
         self,
         plan: FloorPlan,
         family: Who | Sequence[Who],
-        random: np.random.RandomState | int | None = None,
+        random: Random = None,
         robot: bool = True,
         embodiment: Embodiment | str | None = None,
         control_timestep: float = CONTROL_TIMESTEP,
@@ -137,7 +137,7 @@ class CareTask(control.Task):
         Args:
             plan: The house.
             family: The children, as `Family.of` takes them.
-            random: Source of all randomness, or a seed for one.
+            random: Source of all randomness, or a seed for one, as `random_state` takes it.
             robot: Whether there is a robot in the house.
             embodiment: Which one, or its name; the default one if None.
             control_timestep: Seconds between actions. A `CaregiverPolicy` wants no more than 0.06 s; actions of your
@@ -207,9 +207,9 @@ class CareTask(control.Task):
         """How high their tops are, (tables,), metres."""
         return self.candles.table_heights
 
-    def reseed(self, random: np.random.RandomState | int | None) -> None:
+    def reseed(self, random: Random) -> None:
         """Make the next episode that of a seed, whatever ran before."""
-        self.random = random if isinstance(random, np.random.RandomState) else np.random.RandomState(random)
+        self.random = random_state(random)
 
     # -- dm_control's interface ------------------------------------------------------------------
 

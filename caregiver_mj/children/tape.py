@@ -3,12 +3,30 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import TypeAlias
 
 import numpy as np
 
-from caregiver_mj.errors import check_kind
+from caregiver_mj.errors import LARGEST_SEED, check_integer
 
 EPISODE_TIMESTEPS = 200  # novice timesteps an episode (paper, section V.B)
+
+Random: TypeAlias = "np.random.RandomState | np.random.Generator | int | None"  # a source of randomness, or its seed
+
+
+def random_state(random: Random) -> np.random.RandomState:
+    """Return a source of randomness as a `RandomState`; that of a `Generator` draws from the same stream as it.
+
+    Raises:
+        CaregiverError: It is neither of these, nor an integer seed, Python's or NumPy's, nor None for a fresh one.
+    """
+    if isinstance(random, np.random.RandomState):
+        return random
+    if isinstance(random, np.random.Generator):
+        return np.random.RandomState(random.bit_generator)
+    if random is not None:
+        check_integer("random, if no numpy.random.RandomState or Generator,", random, 0, LARGEST_SEED)
+    return np.random.RandomState(random)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -30,20 +48,18 @@ class Tape:
     caregiver_seed: int = 0
 
     @classmethod
-    def draw(cls, random: np.random.RandomState, timesteps: int = EPISODE_TIMESTEPS) -> Tape:
+    def draw(cls, random: Random, timesteps: int = EPISODE_TIMESTEPS) -> Tape:
         """Draw the tape of an only child.
 
         Raises:
-            CaregiverError: What is to draw it is no RandomState.
+            CaregiverError: As of `random_state`.
         """
-        check_kind("random", random, np.random.RandomState)
+        random = random_state(random)
         draws = random.random_sample((timesteps + 1, 3))
         return cls(draws[0], draws[1:], int(random.randint(2**31 - 1)))
 
     @classmethod
-    def draw_family(
-        cls, random: np.random.RandomState, children: int, timesteps: int = EPISODE_TIMESTEPS
-    ) -> tuple[Tape, ...]:
+    def draw_family(cls, random: Random, children: int, timesteps: int = EPISODE_TIMESTEPS) -> tuple[Tape, ...]:
         """Draw the tapes of several children. The first one is that of an only child, whoever else there is."""
         first = cls.draw(random, timesteps)
         others = (np.random.SeedSequence([first.caregiver_seed, child]) for child in range(1, children))

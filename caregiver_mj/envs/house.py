@@ -14,8 +14,9 @@ from gymnasium import spaces
 from caregiver_mj.caregivers.target_observation import Observations
 from caregiver_mj.children.family import Who
 from caregiver_mj.envs.bounds import BoundedObservations
-from caregiver_mj.envs.spaces import CostMeter, check_render_mode, episode_seed
+from caregiver_mj.envs.spaces import CostMeter, Seed, check_render_mode, episode_seed, plain_seed
 from caregiver_mj.errors import check_integer
+from caregiver_mj.experiments.score import Scorer
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.rendering import control
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -29,7 +30,8 @@ class HouseEnv(gymnasium.Env):
     ends truncated as well, with the last observation that was good, no reward, and `info["diverged"]` True.
 
     `info` has of every step `cost` and the two parts of it, see `CostMeter`, and `diverged`; of a reset the `seed` that
-    gives the same episode again; and of the last step `outcome`, what is measured of an episode, as in the tables.
+    gives the same episode again; and of the last step `outcome`, what is measured of an episode, as in the tables, and
+    `episode_score`, see `caregiver_mj.experiments.score`.
 
     Attributes:
         dm_env: The `dm_env.Environment` within.
@@ -74,6 +76,7 @@ class HouseEnv(gymnasium.Env):
         self.dm_env = load(task, house, epsilon, task_kwargs=kwargs, visuals=render_mode is not None)
         self._picture = {} if render_mode is None else picture(self.dm_env.physics, width, height, camera)
         self.metadata = self.metadata | {"render_fps": round(1 / self.dm_env.control_timestep())}
+        self._scorer = Scorer(self.dm_env.task.plan, self.dm_env.task.family)
         self._observe = BoundedObservations(self.dm_env, observation)
         self.observation_space = self._observe.space
         action = self.dm_env.action_spec()
@@ -81,10 +84,12 @@ class HouseEnv(gymnasium.Env):
         self.action_space = spaces.Box(low, high, action.shape, np.float32)
         self._observation: Observations | None = None  # the last one; None between episodes
 
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observations, dict[str, Any]]:
-        """Begin the episode with that seed in the column `seed` of `evaluate`; without one it draws a seed."""
+    def reset(self, *, seed: Seed = None, options: dict[str, Any] | None = None) -> tuple[Observations, dict[str, Any]]:
+        """Begin the episode with that seed in the column `seed` of `evaluate`; without one it draws a seed.
+
+        Of a `Generator` or a `RandomState` it is the next one that this draws.
+        """
+        seed = plain_seed(seed)
         super().reset(seed=seed)
         seed = episode_seed(seed, self.np_random)
         self.dm_env.task.reseed(seed)
@@ -117,7 +122,10 @@ class HouseEnv(gymnasium.Env):
 
     def _info(self, ended: bool, diverged: bool = False) -> dict[str, Any]:
         info = {**self._cost.read(), "diverged": diverged}
-        return info | {"outcome": self.dm_env.task.outcome()} if ended else info
+        if not ended:
+            return info
+        outcome = self.dm_env.task.outcome()
+        return info | {"outcome": outcome, "episode_score": self._scorer(self.dm_env.task.timestep, outcome).item()}
 
 
 def picture(physics: Physics, width: int, height: int, camera: str) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from caregiver_mj.caregivers.target_map import places_needed
 from caregiver_mj.caregivers.target_observation import Observations
 from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.children.family import ChildSpec, Family, Who, side_by_side
+from caregiver_mj.envs.spaces import Seed, plain_seed
 from caregiver_mj.envs.target_grid import MOST_EPISODES, GridTargetsVector
 from caregiver_mj.errors import CaregiverError, check_integer
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -93,9 +94,7 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._ended = False
 
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observations, dict[str, Any]]:
+    def reset(self, *, seed: Seed = None, options: dict[str, Any] | None = None) -> tuple[Observations, dict[str, Any]]:
         """Begin episodes in houses that are drawn, of the seeds from one on or of seeds that are drawn, too.
 
         After a reset with a seed, all that is drawn depends on it alone.
@@ -105,6 +104,7 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
         """
         if options and not np.all(options.get("reset_mask", True)):
             raise CaregiverError("reset_mask must be left out: all episodes of the batch begin together")
+        seed = plain_seed(seed)
         super().reset(seed=seed)
         self._ended = False
         at_once = len(self.now)

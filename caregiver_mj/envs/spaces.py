@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from gymnasium import spaces
@@ -40,6 +40,18 @@ class CostMeter:
         return {"cost": damage + STRIKE_COST * strikes, "damage": damage, "strikes": strikes}
 
 
+Seed: TypeAlias = "int | np.random.Generator | np.random.RandomState | None"
+
+
+def plain_seed(seed: Any) -> Any:
+    """Return a seed as Gymnasium takes it: NumPy's integer as Python's, of a source of randomness one that it draws."""
+    if isinstance(seed, np.random.Generator):
+        return int(seed.integers(LARGEST_SEED + 1))
+    if isinstance(seed, np.random.RandomState):
+        return int(seed.randint(LARGEST_SEED + 1, dtype=np.int64))
+    return int(seed) if isinstance(seed, np.integer) else seed
+
+
 def episode_seed(seed: int | None, random: np.random.Generator) -> int:
     """Return the seed of the next episode: the one that is asked for, or else one that is drawn.
 
@@ -56,5 +68,10 @@ def episode_seed(seed: int | None, random: np.random.Generator) -> int:
 
 def check_render_mode(mode: str | None) -> None:
     """Raise CaregiverError unless it is "rgb_array" or None."""
+    if mode == "human":
+        raise CaregiverError(
+            "no render mode 'human', which needs a window: take rgb_array, and caregiver_mj.envs.film.RecordFilm "
+            "for a film; `caregiver-mj view` opens a window"
+        )
     if mode not in (None, "rgb_array"):
         raise CaregiverError(f"no render mode '{mode}': there is rgb_array")

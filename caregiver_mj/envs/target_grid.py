@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -17,8 +18,9 @@ from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.caregivers.target_observation import Encoder, Observations
 from caregiver_mj.children.family import Family, Who
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
-from caregiver_mj.envs.spaces import CostMeter, check_render_mode, episode_seed, observation_space
+from caregiver_mj.envs.spaces import CostMeter, Seed, check_render_mode, episode_seed, observation_space, plain_seed
 from caregiver_mj.errors import CaregiverError, check_integer
+from caregiver_mj.experiments.score import Scorer
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 
@@ -47,6 +49,7 @@ class TargetGrid:
         plan = house if isinstance(house, FloorPlan) else FloorPlan.load(house)
         self.family, self.caregiver = Family.of(epsilon), CommandedCaregiver(plan)
         self.children = len(self.family)
+        self._scorer = Scorer(plan, self.family)
         self.world = GridWorld(plan, self.family, self.caregiver)
         self.encoder = Encoder(self.caregiver, self.children, **options)
         self.ended = False
@@ -81,21 +84,24 @@ class TargetGrid:
         """Return what is measured of the first world."""
         return self.world.ledger.outcome()
 
+    def scores(self) -> np.ndarray:
+        """Return the scores of the episodes so far, (B,), see `caregiver_mj.experiments.score`."""
+        return self._scorer(self.world.timestep, self.world.ledger.totals())
+
     def painter(self, width: int, height: int) -> Callable[..., np.ndarray]:
         """Return what draws one of the worlds, by its number, uint8 (height, width, 3).
 
         Raises:
             CaregiverError: There is no picture of that size.
         """
-        from caregiver_mj.viz import hud, moment  # here, for they are not needed without pictures
-
         for what, size, most in (("width", width, MOST_PIXELS[0]), ("height", height, MOST_PIXELS[1])):
             check_integer(f"the {what} of a picture, in pixels,", size, LEAST_PIXELS, most)
+        return functools.partial(self._paint, int(width), int(height))
 
-        def paint(number: int = 0) -> np.ndarray:
-            return hud.draw_plan(moment.grid_state(self.world, self.family, number), int(width), int(height))
+    def _paint(self, width: int, height: int, number: int = 0) -> np.ndarray:
+        from caregiver_mj.viz import hud, moment  # here, for they are not needed without pictures
 
-        return paint
+        return hud.draw_plan(moment.grid_state(self.world, self.family, number), width, height)
 
 
 class GridTargetsVector(gymnasium.vector.VectorEnv):
@@ -143,9 +149,11 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
         self._randoms: list[np.random.Generator | None] = [None] * num_envs
 
     def reset(
-        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+        self, *, seed: Seed | Sequence[Seed] = None, options: dict[str, Any] | None = None
     ) -> tuple[Observations, dict[str, Any]]:
         """Begin episodes: of the seeds from one on, of a seed for each, or of seeds that are drawn.
+
+        Seeds may be NumPy's integers; of a `Generator` or a `RandomState` it is the next ones that this draws.
 
         Raises:
             CaregiverError: The options ask for only some of them, or the seeds are not integers, or not as many.
@@ -178,7 +186,8 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
         observations, mask = self.grid.encoder.look(self.grid.percept())
         info = self._of_all({**cost, "diverged": none.copy(), "action_mask": mask})
         if self.grid.ended:
-            info |= self._of_all({"outcome": self._of_all(self._outcome())})
+            last = {"outcome": self._of_all(self._outcome()), "episode_score": self.grid.scores()}
+            info |= self._of_all(last)
         return observations, 0.0 - cost["damage"], none, np.full(self.num_envs, self.grid.ended), info
 
     def render(self) -> tuple[np.ndarray, ...] | None:
@@ -201,17 +210,20 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
         return info | {f"_{key}": np.ones(self.num_envs, bool) for key in info}
 
 
-def _seeds(seed: int | Sequence[int | None] | None, count: int) -> list[int | None]:
+def _seeds(seed: Seed | Sequence[Seed], count: int) -> list[int | None]:
     """A seed for each of so many episodes: those from one on, those that are given, or None."""
     if seed is None:
         return [None] * count
+    if isinstance(seed, (np.random.Generator, np.random.RandomState)):
+        return [plain_seed(seed) for _ in range(count)]
     if isinstance(seed, (int, np.integer)):
         return [int(seed) + i for i in range(count)]
     if isinstance(seed, (str, bytes)) or not isinstance(seed, (Sequence, np.ndarray)):
         raise CaregiverError(f"the seed must be an integer, or one for each of {count} episodes, got {seed!r}")
     if len(seed) != count:
         raise CaregiverError(f"seeds must be {count}, one for each episode, got {len(seed)}")
-    for own in seed:
+    seeds = [plain_seed(own) for own in seed]
+    for own in seeds:
         if own is not None:
             check_integer("a seed", own, 0)
-    return [None if own is None else int(own) for own in seed]
+    return [None if own is None else int(own) for own in seeds]

@@ -13,6 +13,7 @@ from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.caregivers.target_observation import Encoder
 from caregiver_mj.children.family import Who
 from caregiver_mj.envs.spaces import CostMeter
+from caregiver_mj.experiments.score import Scorer
 from caregiver_mj.house.rendering import control
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.policy import CaregiverPolicy
@@ -48,6 +49,7 @@ class TargetHouse:
         self.caregiver = CommandedCaregiver(task.plan)
         self.policy = CaregiverPolicy(self.dm_env, self.caregiver)
         self.children = len(task.children)
+        self._scorer = Scorer(task.plan, task.family)
         timesteps = task.time_limit / task.novice_timestep
         self.encoder = Encoder(self.caregiver, self.children, timesteps=timesteps, **options)
 
@@ -88,3 +90,7 @@ class TargetHouse:
     def outcome(self) -> dict[str, Any]:
         """Return what is measured of the episode."""
         return self.dm_env.task.outcome()
+
+    def scores(self) -> np.ndarray:
+        """Return the score of the episode so far, (1,), see `caregiver_mj.experiments.score`."""
+        return self._scorer(self.dm_env.task.timestep, self.outcome())

@@ -13,7 +13,7 @@ import numpy as np
 from caregiver_mj.caregivers.target_map import Places
 from caregiver_mj.caregivers.target_observation import Observations
 from caregiver_mj.children.family import Who
-from caregiver_mj.envs.spaces import check_render_mode, episode_seed, observation_space
+from caregiver_mj.envs.spaces import Seed, check_render_mode, episode_seed, observation_space, plain_seed
 from caregiver_mj.envs.target_grid import TargetGrid
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -33,7 +33,7 @@ class TargetsEnv(gymnasium.Env):
 
     The reward is the damage to the children since the last step, negative: the return of an episode is minus the
     `damage` of the tables. That of their first moves, which nobody could prevent, is in the first step. `info` has
-    `cost`, `diverged`, `seed` and `outcome` as that of `HouseEnv` has.
+    `cost`, `diverged`, `seed`, `outcome` and `episode_score` as that of `HouseEnv` has.
     """
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": _FRAME_RATE}  # noqa: RUF012 (Gymnasium's own manner)
@@ -49,10 +49,12 @@ class TargetsEnv(gymnasium.Env):
         self.action_space = gymnasium.spaces.Discrete(world.encoder.actions)
         self._runs = self._is_reset = False
 
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observations, dict[str, Any]]:
-        """Begin the episode with that seed in the column `seed` of `evaluate`; without one it draws a seed."""
+    def reset(self, *, seed: Seed = None, options: dict[str, Any] | None = None) -> tuple[Observations, dict[str, Any]]:
+        """Begin the episode with that seed in the column `seed` of `evaluate`; without one it draws a seed.
+
+        Of a `Generator` or a `RandomState` it is the next one that this draws.
+        """
+        seed = plain_seed(seed)
         super().reset(seed=seed)
         seed = episode_seed(seed, self.np_random)
         self.world.begin([seed])
@@ -71,7 +73,7 @@ class TargetsEnv(gymnasium.Env):
         info = {**cost, "diverged": self.world.diverged, "action_mask": mask}
         if self.world.ended:
             self._runs = False
-            info["outcome"] = self.world.outcome()
+            info |= {"outcome": self.world.outcome(), "episode_score": self.world.scores()[0].item()}
         return observation, 0.0 - cost["damage"], False, self.world.ended, info
 
     def render(self) -> np.ndarray | None:

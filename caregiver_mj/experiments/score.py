@@ -132,7 +132,8 @@ def _tapes(children: int) -> Sequence[Sequence[Tape]]:
 
 
 @functools.wraps(tasks.load)
-def load(*args: Any, **options: Any) -> Any:  # `caregiver_mj.load`: a task may not know the grid
+def load(*args: Any, **options: Any) -> Any:
+    """Make an environment with a score, for a task may not know the grid; the documentation is that of the other."""
     env = tasks.load(*args, **options)
     env.task.scorer = Scorer(env.task.plan, env.task.family)
     return env

@@ -24,8 +24,8 @@ from caregiver_mj.caregivers.percept import PAPER, Pace, Percept
 from caregiver_mj.caregivers.told import Future, ToldCaregiver, Truth
 from caregiver_mj.children.behaviour import Sight
 from caregiver_mj.children.family import Family
-from caregiver_mj.children.tape import Tape, start_cells
-from caregiver_mj.errors import LARGEST_SEED, CaregiverError, check_integer, check_kind
+from caregiver_mj.children.tape import Random, Tape, start_cells
+from caregiver_mj.errors import CaregiverError, check_integer, check_kind
 from caregiver_mj.grid.eyes import Eyes
 from caregiver_mj.grid.verbs import GRID_VERBS
 from caregiver_mj.interventions.verb import BLOCK, LOOK, VERBS, Interventions, half_of, verb_of
@@ -346,14 +346,12 @@ def run_episodes(
     plan: FloorPlan,
     family: Family | float | str,
     caregiver: Caregiver | None,
-    seeds: Sequence[int],
+    seeds: Sequence[Random],
     progress: Callable[[], None] = lambda: None,
 ) -> Ledger:
-    """Run one episode for every seed."""
-    for seed in seeds:
-        check_integer("the seed of an episode", seed, 0, LARGEST_SEED)
+    """Run one episode for every seed, or source of randomness, as `random_state` takes them."""
     family = Family.of(family)
-    tapes = [Tape.draw_family(np.random.RandomState(seed), len(family)) for seed in seeds]
+    tapes = [Tape.draw_family(seed, len(family)) for seed in seeds]
     return GridWorld(plan, family, caregiver).run(tapes, progress)
 
 

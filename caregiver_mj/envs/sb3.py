@@ -1,0 +1,115 @@
+"""Batches of targets as Stable-Baselines3 takes them, which takes no vector environment of Gymnasium's."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+
+from caregiver_mj.errors import CaregiverError, MissingExtraError
+
+try:
+    from stable_baselines3.common.vec_env import VecEnv
+except ImportError as error:
+    raise MissingExtraError(
+        f"caregiver_mj.envs.sb3 needs stable-baselines3 ({error}): pip install 'caregiver_mj[learn]'"
+    ) from None
+
+
+class BatchVecEnv(VecEnv):
+    """A `VecEnv` of a batch whose episodes begin and end together: of `make_vec`, `GridHousesVector`, or wrapped ones.
+
+    Observations are as there: `flat` arrays for `MlpPolicy`, dictionaries for `MultiInputPolicy`. The step that ends
+    the episodes gives the first observations of the next ones; each `info` then has `terminal_observation`,
+    `TimeLimit.truncated`, `outcome` and `episode_score`. All others have what the batch has in its `info` of a step.
+
+    `env_method("action_masks")` is what sb3-contrib's `MaskablePPO` asks for. `seed(n)` makes the next reset begin the
+    episodes of the seeds from n on. `VecMonitor` around it adds the returns to the log.
+
+    Attributes:
+        env: The batch.
+    """
+
+    def __init__(self, env: gymnasium.vector.VectorEnv):
+        """Take a batch that resets on the next step, as those of this package do.
+
+        Raises:
+            CaregiverError: It is no vector environment, or resets otherwise.
+        """
+        if not isinstance(env, gymnasium.vector.VectorEnv):
+            raise CaregiverError(f"env must be a vector environment, got {env!r}: gymnasium.make_vec makes one")
+        mode = env.metadata.get("autoreset_mode")
+        if mode is not gymnasium.vector.AutoresetMode.NEXT_STEP:
+            raise CaregiverError(f"autoreset_mode of the vector environment must be NEXT_STEP, got {mode}")
+        self.env = env
+        self._masks: np.ndarray | None = None
+        super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
+
+    def reset(self) -> Any:
+        seed, _ = self._seeds[0], self._reset_seeds()
+        observations, info = self.env.reset(seed=seed)
+        self._masks, self.reset_infos = info.get("action_mask"), each(info, self.num_envs)
+        return observations
+
+    def step_async(self, actions: np.ndarray) -> None:
+        self._actions = actions
+
+    def step_wait(self) -> tuple[Any, np.ndarray, np.ndarray, list[dict[str, Any]]]:
+        observations, rewards, terminated, truncated, info = self.env.step(self._actions)
+        ended, infos = terminated | truncated, each(info, self.num_envs)
+        if ended.any():
+            if not ended.all():
+                raise CaregiverError("episodes of the batch must end together, got some that go on")
+            last = each_observation(observations, self.num_envs)
+            for one, seen, over in zip(infos, last, (truncated & ~terminated).tolist(), strict=True):
+                one |= {"terminal_observation": seen, "TimeLimit.truncated": over}
+            observations, info = self.env.reset()
+            self.reset_infos = each(info, self.num_envs)
+        self._masks = info.get("action_mask")
+        return observations, rewards.astype(np.float32), ended, infos
+
+    def env_method(self, method_name: str, *args: Any, indices: Any = None, **kwargs: Any) -> list[Any]:
+        if method_name != "action_masks":
+            raise AttributeError(f"a batch of episodes has no method '{method_name}': it has action_masks")
+        if self._masks is None:
+            raise gymnasium.error.ResetNeeded("call reset() first, of a batch with masks")
+        return list(self._masks.astype(bool)[list(self._get_indices(indices))])
+
+    def has_attr(self, attr_name: str) -> bool:
+        return attr_name == "action_masks" or hasattr(self.env, attr_name)
+
+    def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
+        return [getattr(self.env, attr_name)] * len(list(self._get_indices(indices)))
+
+    def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
+        raise AttributeError(f"'{attr_name}' of a batch of episodes cannot be set")
+
+    def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
+        return [False] * len(list(self._get_indices(indices)))
+
+    def get_images(self) -> Sequence[np.ndarray | None]:
+        return self.env.render() or [None] * self.num_envs
+
+    def close(self) -> None:
+        self.env.close()
+
+
+def each(info: dict[str, Any], count: int) -> list[dict[str, Any]]:
+    """Return the `info` of each of so many environments, of Gymnasium's one for all, in which masks begin with `_`."""
+    found: list[dict[str, Any]] = [{} for _ in range(count)]
+    for key, values in info.items():
+        if key.startswith("_") and key[1:] in info:
+            continue
+        parts = each(values, count) if isinstance(values, dict) else list(values)
+        for i in np.flatnonzero(info.get(f"_{key}", np.ones(count, bool))).tolist():
+            found[i][key] = parts[i]
+    return found
+
+
+def each_observation(observations: Any, count: int) -> list[Any]:
+    """Return the observation of each of so many environments, an array or a dictionary."""
+    if not isinstance(observations, dict):
+        return list(observations)
+    return [{key: values[i] for key, values in observations.items()} for i in range(count)]

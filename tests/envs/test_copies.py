@@ -1,0 +1,72 @@
+"""Copies go on as the same episodes."""
+
+import copy
+import pickle
+
+import gymnasium
+import numpy as np
+import pytest
+
+import caregiver_mj
+from caregiver_mj.envs.houses_vector import GridHousesVector
+from caregiver_mj.plans.floor_plan import FloorPlan
+
+PLAN = FloorPlan.parse("########\n#..C..B#\n#......#\n#.T..BS#\n########", "small")
+NAME = "caregiver_mj/Supervise-Targets-v0"
+
+gymnasium.register_envs(caregiver_mj)
+MAKERS = {
+    "grid": lambda: gymnasium.make(NAME, house=PLAN, epsilon="1,.25", render_mode="rgb_array"),
+    "batch": lambda: gymnasium.make_vec(NAME, 3, house=PLAN, observation="map"),
+    "houses": lambda: GridHousesVector((PLAN, "paper"), 4, observation="flat"),
+    "house": lambda: gymnasium.make(NAME, house=PLAN, world="house"),
+    "sight": lambda: gymnasium.make(NAME, house=PLAN, world="house", task_kwargs={"sight": "camera"}),
+}
+
+
+def same(a, b):
+    if isinstance(a, dict):
+        return a.keys() == b.keys() and all(same(a[key], b[key]) for key in a)
+    if isinstance(a, (list, tuple)):
+        return len(a) == len(b) and all(map(same, a, b))
+    return np.array_equal(a, b)
+
+
+def run(env, steps):
+    action = np.ones(env.num_envs, int) if isinstance(env, gymnasium.vector.VectorEnv) else 1
+    return [env.step(action) for _ in range(steps)]
+
+
+@pytest.mark.parametrize("kind", MAKERS)
+@pytest.mark.parametrize("how", ["copy", "pickle"])
+def test_a_copy_goes_on_as_the_same_episode(kind, how):
+    env = MAKERS[kind]()
+    steps = 12 if kind in ("house", "sight") else 205  # into the next episode
+    env.reset(seed=3)
+    run(env, 4)
+    if how == "pickle" and steps == 12:
+        with pytest.raises(TypeError, match="pickle"):  # of what the robot is moving by, as the guide says
+            pickle.dumps(env)
+        return
+    other = copy.deepcopy(env) if how == "copy" else pickle.loads(pickle.dumps(env))
+    steps = min(steps, 196) if kind == "grid" else steps
+    wanted = run(env, steps)
+    if kind == "grid":
+        before = env.render()
+        assert not np.array_equal(other.render(), before)  # a picture of the copy, which has not moved yet
+        assert same(run(other, steps), wanted)
+        np.testing.assert_array_equal(other.render(), before)
+    else:
+        assert same(run(other, steps), wanted)
+
+
+def test_a_policy_is_copied_with_its_environment():
+    env = caregiver_mj.load("supervise", PLAN, random=1)
+    policy, timestep = caregiver_mj.CaregiverPolicy(env), env.reset()
+    for _ in range(300):  # the robot is on its way
+        timestep = env.step(policy(timestep))
+    other, others, seen = *copy.deepcopy((env, policy)), timestep
+    for _ in range(300):
+        timestep, seen = env.step(policy(timestep)), other.step(others(seen))
+    np.testing.assert_array_equal(env.physics.data.qpos, other.physics.data.qpos)
+    assert abs(env.physics.base_velocity()).max() >= 0

@@ -1,0 +1,69 @@
+"""Seeds: Python's and NumPy's integers are the same, sources of randomness are drawn from."""
+
+import gymnasium
+import numpy as np
+import pytest
+
+import caregiver_mj
+from caregiver_mj.children.tape import Tape, random_state
+from caregiver_mj.envs.houses_vector import GridHousesVector
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.grid.world import run_episodes
+from caregiver_mj.plans.floor_plan import FloorPlan
+
+PLAN = FloorPlan.parse("########\n#..C..B#\n#......#\n#.T..BS#\n########", "small")
+TARGETS = "caregiver_mj/Supervise-Targets-v0"
+
+gymnasium.register_envs(caregiver_mj)
+MAKERS = {
+    "robot": lambda: gymnasium.make("caregiver_mj/Supervise-v0", house=PLAN),
+    "targets": lambda: gymnasium.make(TARGETS, house=PLAN),
+    "batch": lambda: gymnasium.make_vec(TARGETS, 2, house=PLAN),
+    "houses": lambda: GridHousesVector((PLAN,), 2),
+}
+
+
+@pytest.mark.parametrize("kind", MAKERS)
+def test_of_an_environment(kind):
+    env = MAKERS[kind]()
+    wanted, info = env.reset(seed=7)
+    for seed in (np.int64(7), np.uint32(7)):
+        found, others = env.reset(seed=seed)
+        assert np.array_equal(info["seed"], others["seed"])
+        assert all(np.array_equal(found[key], wanted[key]) for key in wanted)
+    for make in (np.random.default_rng, np.random.RandomState):
+        source, again = make(5), make(5)
+        first, second, repeated = (env.reset(seed=one)[1]["seed"] for one in (source, source, again))
+        assert np.array_equal(first, repeated)
+        assert not np.array_equal(first, second)
+        env.reset(seed=first if np.ndim(first) == 0 else np.asarray(first)[0])  # it is a seed like any other
+
+
+def start(random):
+    return caregiver_mj.load("supervise", PLAN, random=random).reset().observation["toddler_position"]
+
+
+def test_of_load():
+    for same in (np.int64(3), np.uint8(3), np.random.RandomState(3)):
+        np.testing.assert_array_equal(start(same), start(3))
+    np.testing.assert_array_equal(start(np.random.default_rng(3)), start(np.random.default_rng(3)))
+    source = np.random.default_rng(3)
+    assert (start(source) != start(source)).any()  # it is drawn from
+    for wrong in (-1, 2**32, 0.5, "3"):
+        with pytest.raises(CaregiverError, match="random, if no numpy.random.RandomState or Generator, must be"):
+            start(wrong)
+
+
+def test_of_the_grid():
+    wanted = run_episodes(PLAN, 1.0, None, [3, 4]).damage
+    np.testing.assert_array_equal(run_episodes(PLAN, 1.0, None, np.array([3, 4])).damage, wanted)
+    np.testing.assert_array_equal(
+        run_episodes(PLAN, 1.0, None, [np.random.RandomState(3), np.random.RandomState(4)]).damage, wanted
+    )
+
+
+def test_a_generator_shares_its_stream():
+    source, twin = np.random.default_rng(1), np.random.default_rng(1)
+    assert random_state(source).random_sample() == twin.random()
+    Tape.draw(source, 2)
+    assert source.random() != twin.random()

@@ -1,0 +1,107 @@
+"""The score of an episode: expected values by hand in small houses, or from other seeds."""
+
+import numpy as np
+import pytest
+
+import caregiver_mj
+from caregiver_mj import tasks
+from caregiver_mj.children.behaviour import Behaviour
+from caregiver_mj.children.family import Family, parts_of, side_by_side
+from caregiver_mj.experiments.score import Scorer, expected_damage, robot_harm, score
+from caregiver_mj.grid.world import run_episodes
+from caregiver_mj.plans.floor_plan import FloorPlan
+
+PAPER = FloorPlan.load("paper")
+STAIRS = FloorPlan.parse("#####\n#S.B#\n#####", "stairs")
+SAFE = FloorPlan.parse("#####\n#T.B#\n#####", "safe")
+WEST = 3
+
+
+class West(Behaviour):
+    """Always moves west, and counts its moves, so that a test sees whether somebody else has used it."""
+
+    def __init__(self, plan, epsilon=0.5):
+        super().__init__(plan, epsilon)
+        self.moves = 0
+
+    def reset(self, batch):
+        self.moves = 0
+
+    def act(self, sight, draws):
+        self.moves += 1
+        return np.full(len(sight.cell), WEST)
+
+
+class NoCopy(West):
+    def __deepcopy__(self, memo):
+        raise TypeError("of no copies")
+
+
+def measured(damage=0.0, strikes=0, dropped=0):
+    return {"damage": damage, "strikes": strikes, "candles_dropped": dropped}
+
+
+def test_alone_is_0_bare_tables_only_1_and_robot_harm_is_taken_off():
+    np.testing.assert_allclose(score(np.array([50.0, 10.0, 30.0, 90.0]), 50, 10), [0, 1, 0.5, -1])
+    assert score(10, 50, 10, 20).item() == 0.5
+    assert np.isnan(score(3, 10, 10))
+    assert score([1.0, 3.0], 5, 1).mean() == score(2.0, 5, 1)  # it is the score of the mean
+
+
+def test_a_strike_costs_the_lightest_collision_and_a_drop_the_worst_thing_on_a_table():
+    assert robot_harm(PAPER, measured(strikes=3, dropped=2)) == 3 * 1 + 2 * 4
+    dear = FloorPlan.load("paper", damage="table=2,candle=7")
+    assert robot_harm(dear, measured(strikes=3, dropped=2)) == 3 * 2 + 2 * 7
+    nothing = FloorPlan.load("paper", damage="stairwell=0,candle=0,table=0,gate=0,mug=0,battery=0")
+    assert robot_harm(nothing, measured(strikes=3, dropped=2)) == 0
+
+
+def test_a_child_of_ones_own_falls_down_the_stairs_in_every_timestep():
+    child = West(STAIRS)
+    child.moves = 17
+    found = expected_damage(STAIRS, Family.of(child))
+    np.testing.assert_array_equal(found.none, 5.0 * np.arange(201))
+    np.testing.assert_array_equal(found.floor, np.zeros(201))
+    assert child.moves == 17
+    scorer = Scorer(STAIRS, Family.of(child))
+    assert scorer(10, measured(25.0)).item() == 0.5
+    assert scorer(400, measured(500.0, strikes=100)).item() == pytest.approx(0.7)  # of 2000
+
+
+def test_where_nothing_can_be_prevented_there_is_no_score():
+    assert np.isnan(Scorer(SAFE, Family.of(West(SAFE)))(10, measured(10.0))).all()
+    assert np.isnan(Scorer(PAPER, Family.of(0))(200, measured())).all()  # who bumps into nothing
+
+
+def test_children_that_cannot_be_copied_have_no_score_and_a_warning():
+    scorer = Scorer(STAIRS, Family.of(NoCopy(STAIRS)))
+    with pytest.warns(UserWarning, match="there is no score with children"):
+        assert np.isnan(scorer(10, measured())).all()
+
+
+def test_expected_damage_is_that_of_other_episodes():
+    damage = run_episodes(PAPER, 0.5, None, range(10_000, 10_500)).damage
+    found = expected_damage(PAPER, Family.of(0.5))
+    assert found.none[-1] == pytest.approx(damage.mean(), abs=5 * damage.std() / np.sqrt(500))
+    assert 0 < found.floor[-1] < 0.3 * found.none[-1]
+    assert (np.diff(found.none) >= 0).all()
+
+
+def test_families_side_by_side_have_each_its_own():
+    both = side_by_side(STAIRS, [Family.of(1), Family.of(West(STAIRS))], 2)
+    assert [size for _, size in parts_of(both)] == [2, 2]
+    alone = [expected_damage(STAIRS, family).none[-1] for family in (Family.of(1), Family.of(West(STAIRS)))]
+    np.testing.assert_array_equal(Scorer(STAIRS, both).expected.none[-1], np.repeat(alone, 2))
+
+
+def test_the_front_door_adds_the_score_to_the_outcome():
+    options = {"house": STAIRS, "epsilon": 1, "random": 0, "task_kwargs": {"robot": False}}
+    env, plain = caregiver_mj.load("supervise", **options), tasks.load("supervise", **options)
+    for one in (env, plain):
+        one.reset()
+        for _ in range(5 * 84):
+            one.step(np.zeros(one.action_spec().shape))
+    outcome = env.task.outcome()
+    alone = expected_damage(STAIRS, Family.of(1)).none[5]
+    assert outcome.pop("score") == pytest.approx((alone - outcome["damage"]) / alone)
+    assert outcome == plain.task.outcome()
