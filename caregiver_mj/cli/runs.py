@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import rich.box
 import rich.console
 import rich.table
+import rich.text
 
 from caregiver_mj.cli import parsing
 from caregiver_mj.errors import CaregiverError
@@ -41,6 +42,7 @@ _TITLES = {  # of a column, and what it is where there is little room
     "done": "done",
 }
 _TO_THE_LEFT = ("caregiver", "verdict", "worst: house")  # columns; numbers stand to the right
+_HARM = "harm"  # the verdict that is red
 _LONGEST = 120  # letters of a setting that is not the same in two runs
 _WIDEST = 10_000  # letters of a line, more than there are in any
 _COLUMNS = ("timesteps_to_threshold", "cells_visited", "toys_reached", "moves_blocked", "interventions_done")
@@ -124,6 +126,7 @@ def _compare(arguments: argparse.Namespace) -> None:
     found = compare_runs(first, second, arguments.caregiver)
     console = output(arguments.json)
     print_comparison(found, folders, console)
+    print_verdicts(found["verdicts"], console)
     for key, values in found["settings"].items():
         ours, theirs = (_told(*pair) for pair in (values, values[::-1]))
         console.print(f"not the same: {key}, {ours} and {theirs}", markup=False, highlight=False)
@@ -272,45 +275,58 @@ def print_table(summary: dict[str, Any], console: rich.console.Console) -> None:
 
 
 def print_harm(summary: dict[str, Any], console: rich.console.Console) -> None:
-    """Print for each caregiver where it does harm; or, in a line, why nobody knows."""
-    if not (found := summary["harm"]):
-        if all(row["caregiver"] != "none" for row in summary["rows"]):
-            console.print("harm cannot be judged without the caregiver 'none'", highlight=False)
+    """Print where each caregiver does more damage than there is alone, then the verdict on all three parts of harm."""
+    if found := summary["harm"]:
+        rows = [_harm_cells(row) for row in found]
+        title = "harm by hazards: damage with the caregiver less alone, in the same episodes"
+        caption = (
+            "harm in: (house, toddler) pairs, by a one-sided test of paired episodes, with Holm's correction over the "
+            "pairs of a caregiver, at 5 %; worst: the pair of the greatest difference, of those with harm if any"
+        )
+        _print_widest(console, title, caption, rows, [*rows[0]][:1:-1])
+    print_verdicts(summary["verdicts"], console)
+
+
+def _harm_cells(row: dict[str, Any]) -> dict[str, str]:
+    worst = row["worst"]
+    return {
+        "caregiver": row["caregiver"],
+        "harm in": f"{row['cells_harmed']} of {row['cells']}",
+        "worse episodes": f"{100 * row['episodes_worse']:.1f} %",
+        "worst: house": worst["house"],
+        "epsilon": worst["family"],
+        "alone": f"{worst['damage_alone']:.2f}",
+        "with": f"{worst['damage_with']:.2f}",
+        "difference": _with_ends(
+            worst["damage_difference"], *(worst[f"damage_difference_ci_{end}"] for end in ("low", "high"))
+        ),
+    }
+
+
+def print_verdicts(verdicts: Sequence[dict[str, Any]], console: rich.console.Console) -> None:
+    """Print for each caregiver whether it does harm, with a line for each part; red where it does."""
+    if not verdicts:
         return
-    caption = (
-        "a cell is a house and a child; harm: more damage than alone, by a one-sided test of paired episodes, "
-        "corrected by Holm over a caregiver's cells, at 5 %"
-    )
-    cells = found[0]["cells"]
-    if (decidable := min(row["cells_decidable"] for row in found)) < cells:
-        caption += f"; so few pairs differ that it could be shown in as few as {decidable} of {cells} cells"
-    rows = []
-    for row in found:
-        worst = row["worst"]
-        low, high = (worst[f"damage_difference_ci_{end}"] for end in ("low", "high"))
-        shown = {
-            "caregiver": row["caregiver"],
-            "cells with harm": f"{row['cells_harmed']} of {cells}",
-            "worse episodes": f"{100 * row['episodes_worse']:.1f} %",
-            "worst: house": worst["house"],
-            "epsilon": worst["family"],
-            "alone": f"{worst['damage_alone']:.2f}",
-            "with": f"{worst['damage_with']:.2f}",
-            "difference": _with_ends(worst["damage_difference"], low, high),
-        }
-        rows.append(shown)
-    title = "harm: damage with the caregiver less alone, in the same episodes"
-    _print_widest(console, title, caption, rows, [*rows[0]][:1:-1])
+    table = rich.table.Table(title="harm", box=rich.box.SIMPLE_HEAD)
+    table.caption = "no harm shown needs all three parts"
+    for column in ("caregiver", "part", "verdict"):
+        table.add_column(column, no_wrap=True)
+    table.add_column("finding", overflow="fold")
+    for row in verdicts:
+        who = f"{row['run']}: {row['caregiver']}" if "run" in row else row["caregiver"]
+        lines = [("all", row["verdict"], ""), *((p["title"], p["verdict"], p["text"]) for p in row["parts"].values())]
+        for number, line in enumerate(lines, 1):
+            cells = (who if number == 1 else "", *line)
+            red = "bold red" if line[1] == _HARM else ""
+            table.add_row(*map(rich.text.Text, cells), style=red, end_section=number == len(lines))
+    console.print(table)
 
 
 def _with_ends(value: float, low: float | None, high: float | None) -> str:
-    """A difference with the ends of its interval, which are infinite where there is none."""
+    """A difference with the ends of its interval."""
+    from caregiver_mj.experiments.intervals import in_words, signed  # here, as what comes with pandas is
 
-    def signed(number: float) -> str:
-        return f"{round(number, 2) + 0.0:+.2f}"  # no minus before a zero
-
-    ends = "-inf" if low is None else signed(low), "inf" if high is None else signed(high)
-    return f"{signed(value)} ({ends[0]} to {ends[1]})"
+    return f"{signed(value)} ({in_words(low, high)})"
 
 
 def _print_widest(
@@ -342,5 +358,6 @@ def _print_widest(
         width = console.measure(table, options=room).maximum
         if width <= console.width:
             break
-    console.width = max(width, console.width)  # if the narrowest is too wide, the terminal may break its lines
+    room_there, console.width = console.width, max(width, console.width)  # a terminal breaks what is too wide
     console.print(table)
+    console.width = room_there

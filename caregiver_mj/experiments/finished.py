@@ -15,6 +15,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import statistics
 from caregiver_mj.experiments.blocks import Tables
 from caregiver_mj.experiments.evaluation import sum_up
+from caregiver_mj.experiments.harm import judge
 from caregiver_mj.experiments.run_folder import RunFolder, read_json, told, unlike
 from caregiver_mj.experiments.settings import FLOOR, Settings
 from caregiver_mj.recording.record import MEASURES
@@ -62,6 +63,11 @@ class Finished:
         """The seed of the run and how many episodes there are of it; of pooled runs those of each."""
         pooled = self.record.get("pooled") or [[self.settings.seed, self.settings.episodes]]
         return [(int(seed), int(episodes)) for seed, episodes in pooled]
+
+    @property
+    def verdicts(self) -> list[dict[str, Any]]:
+        """Whether each caregiver that acts does harm, judged anew: older runs have no such verdicts."""
+        return judge(self.episodes, self.summary["harm"], self.summary["comparisons"])
 
 
 def read_finished(folder: str | os.PathLike[str]) -> Finished:
@@ -231,7 +237,8 @@ def compare_runs(first: Finished, second: Finished, caregivers: Sequence[str] = 
 
     Returns:
         As JSON: `rows`, for each caregiver and family `first` and `second`, the mean damage in either, and all that
-        `statistics.comparison_rows` has of the second against the first; `settings`, what is not the same in both.
+        `statistics.comparison_rows` has of the second against the first; `verdicts`, whether these caregivers do harm,
+        each in all episodes of its own run (`run`, first or second); `settings`, what is not the same in both.
 
     Raises:
         CaregiverError: The runs are of different worlds or houses, or have no such caregiver or no episode in common.
@@ -245,8 +252,8 @@ def compare_runs(first: Finished, second: Finished, caregivers: Sequence[str] = 
         one, other = ours.plan_of[name], theirs.plan_of[name]
         if (one.rows, one.cell_size) != (other.rows, other.cell_size):
             raise CaregiverError(f"house '{name}' must be the same in both runs, got two floor plans")
-    rows = []
-    for pair in _pairs(ours.caregivers, theirs.caregivers, caregivers):
+    rows, pairs = [], _pairs(ours.caregivers, theirs.caregivers, caregivers)
+    for pair in pairs:
         ours_, theirs_ = (
             run.episodes[run.episodes.caregiver == name].drop_duplicates(_PAIR)  # two of one seed are the same
             for run, name in zip((first, second), pair, strict=True)
@@ -261,7 +268,14 @@ def compare_runs(first: Finished, second: Finished, caregivers: Sequence[str] = 
             theirs_here = (side[side.family == row["family"]].groupby("house")["damage"] for side in together)
             means = [float(damage.mean().mean()) for damage in theirs_here]  # over houses if there are several
             rows.append({**row, "baseline": pair[0], "caregiver": pair[1], **dict(zip(_SIDES, means, strict=True))})
-    return {"rows": statistics.judged_together(rows), "settings": _differences(first.record, second.record)}
+    verdicts = [
+        {"run": side, **verdict}
+        for side, run, names in zip(_SIDES, (first, second), zip(*pairs, strict=True), strict=True)
+        for verdict in run.verdicts
+        if verdict["caregiver"] in names
+    ]
+    found = {"rows": statistics.judged_together(rows), "verdicts": verdicts}
+    return found | {"settings": _differences(first.record, second.record)}
 
 
 def _nothing_in_common(pair: tuple[str, str], ours: Settings, theirs: Settings) -> str:

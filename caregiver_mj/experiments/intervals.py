@@ -20,13 +20,14 @@ Introduction to the Bootstrap, 1993, section 12.5).
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
 TELLING = 4  # units; of fewer, a resample has none with a probability of e^-3 > 2.5 % or more, and bounds nothing
 EXACT = 1e-24  # squared rounding errors, relative
+TOO_FEW = "too few episodes for an interval"  # where they bound nothing
 _BLOCK = 2_000_000  # numbers at once, 16 MB
 Value = TypeVar("Value")  # a number for a sample that came alone, an array (columns,) for several
 CONFIDENCE = 0.95
@@ -88,6 +89,23 @@ def of_ratio(ours: np.ndarray, theirs: np.ndarray) -> Estimate[Any]:
     none = np.isnan(value)
     low, high = np.where(none, np.nan, np.maximum(low, 0.0)), np.where(none, np.nan, high)
     return _shaped(value, low, high, np.ndim(ours))
+
+
+def signed(number: float) -> str:
+    """Return a difference as text, two digits behind the point and no minus before a zero."""
+    return f"{round(number, 2) + 0.0:+.2f}"
+
+
+def in_words(low: float | None, high: float | None, form: Callable[[float], str] = signed) -> str:
+    """Return an interval as text; an end is None where the episodes do not bound it."""
+    if bounds_nothing(low, high):
+        return TOO_FEW
+    return " to ".join("no bound" if end is None else form(end) for end in (low, high))
+
+
+def bounds_nothing(low: float | None, high: float | None) -> bool:
+    """Return whether an interval has no end, but for the zero that no ratio can be below."""
+    return high is None and not low
 
 
 def _bounds(above: np.ndarray, below: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

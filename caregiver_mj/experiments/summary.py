@@ -1,7 +1,8 @@
 """What a run's episodes come to: the content of summary.json, and of houses.parquet.
 
-Harm is more damage with a caregiver than alone. A cell is a house and a child, or a family of children. Episode i of it
-has the same draws with and without the caregiver, so the two are compared by pairs. The p is one-sided, of a mean
+Harm here is more damage with a caregiver than alone, the first of its three parts (module `harm`). A cell is a house
+and a child, or a family of children. Episode i of it has the same draws with and without the caregiver, so the two are
+compared by pairs. The p is one-sided, of a mean
 difference that is not above zero, by flipping the signs of the pairs, and corrected by Holm over all cells of a
 caregiver in the run; harm is shown where it is .05 or less and the 95 % interval of the mean difference is above zero.
 
@@ -14,7 +15,7 @@ cells harm could be shown at all.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -23,13 +24,13 @@ import pandas as pd
 from caregiver_mj.caregivers.registry import RULE
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import intervals, statistics
+from caregiver_mj.experiments.harm import BASELINE, judge
 from caregiver_mj.experiments.provenance import versions
 from caregiver_mj.experiments.settings import FLOOR, Settings
 from caregiver_mj.experiments.verdicts import LEVEL, Verdict, holm, least_p_more, sign_flip_p_more, verdict
 from caregiver_mj.recording.record import MEASURES
 
 _KEYS = ["world", "house", "caregiver", "family", "epsilon"]
-BASELINE = "none"
 HARM = (  # columns
     "damage_difference",
     "damage_difference_ci_low",
@@ -48,19 +49,21 @@ def summarise(settings: Settings, episodes: pd.DataFrame, houses: pd.DataFrame) 
     ran = settings.caregivers
     against_none = [(caregiver, "none") for caregiver in ran if caregiver != "none"] if "none" in ran else []
     others = [(rule, other) for rule in RULE if rule in ran for other in ran if other not in ("none", *RULE, FLOOR)]
+    comparisons = [row for together in (against_none, others) for row in compared_together(episodes, together)]
+    damage = harm(houses)
     return {
-        "harm": harm(houses),
+        "verdicts": judge(episodes, damage, comparisons),
+        "harm": damage,
         "rows": statistics.mean_rows(episodes, [column for column in MEASURES if column in episodes]),
-        "comparisons": [
-            row
-            for together in (against_none, others)
-            for row in statistics.judged_together(
-                [row for pair in together for row in statistics.comparison_rows(episodes, *pair)]
-            )
-        ],
+        "comparisons": comparisons,
         "versions": versions(),
         "seed": settings.seed,
     }
+
+
+def compared_together(episodes: pd.DataFrame, pairs: Iterable[tuple[str, str]]) -> list[dict[str, Any]]:
+    """Return the comparisons of pairs of caregivers, with one correction for all of them."""
+    return statistics.judged_together([row for pair in pairs for row in statistics.comparison_rows(episodes, *pair)])
 
 
 def by_house(episodes: pd.DataFrame) -> pd.DataFrame:
@@ -142,6 +145,13 @@ def harm(cells: pd.DataFrame) -> list[dict[str, Any]]:
     alone = cells[cells["caregiver"] == BASELINE].set_index(["house", "family"])["damage"]
     judged = cells[(cells["harm_verdict"] != "") & (cells["caregiver"] != FLOOR)]
     return [_of_caregiver(name, rows, alone) for name, rows in judged.groupby("caregiver", sort=False)]
+
+
+def judge_run(episodes: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return the `verdicts` of episodes that have no summary yet, with `none` among them."""
+    acting = [name for name in episodes["caregiver"].unique() if name != BASELINE]
+    against_none = compared_together(episodes, [(name, BASELINE) for name in acting])
+    return judge(episodes, harm(by_house(episodes)), against_none)
 
 
 def _of_caregiver(caregiver: str, cells: pd.DataFrame, alone: pd.Series) -> dict[str, Any]:
