@@ -15,6 +15,7 @@ import numpy as np
 from caregiver_mj.caregivers.registry import RULE
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.harm import HOW
 from caregiver_mj.experiments.run_folder import StorageError
 from caregiver_mj.experiments.statistics import Sample
 from caregiver_mj.plans.hazards import DamageWeights
@@ -91,6 +92,7 @@ def write_report(
         "paper": published.PAPER,
         "nearest_is_the_rule": any(map(nearest_is_the_rule, runs)),
         "stop": published_stop(),
+        "harm_is": HOW,
         "cited": cited,
         "several": several,
         "nouns": SEVERAL if several else SINGLE,

@@ -10,6 +10,7 @@ import pandas as pd
 
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.experiments import statistics
+from caregiver_mj.experiments.harm import Harm
 from caregiver_mj.recording.contacts import BODY_LIMITS, CAUTION, FAR, FLAME_CLEAR, WAX_CLEAR
 from caregiver_mj.recording.record import COLUMNS, DAMAGE_THRESHOLD
 from caregiver_mj.viz.report import published
@@ -33,6 +34,13 @@ _BY_CHILD = {"damage_by_child": "damage", "toys_by_child": "toys_reached"}  # an
 _SHOWN = (
     ("strikes", "sum", 0),
     ("strikes_surface", "sum", 0),
+    ("gate_strikes", "sum", 0),
+    ("pinches", "sum", 0),
+    ("pinch_seconds", "mean", 2),
+    ("contacts_creeping", "sum", 0),
+    ("contacts_slow", "sum", 0),
+    ("contacts_fast", "sum", 0),
+    ("contact_energy", "max", 2),
     ("contact_speed", "max", 2),
     ("contact_seconds", "mean", 2),
     ("pressings", "sum", 0),
@@ -44,6 +52,7 @@ _SHOWN = (
     ("wax_seconds", "mean", 2),
     ("candles_dropped", "sum", 0),
 )
+_UNMEASURED = "not measured"
 _HOW = {"sum": "in all", "mean": "an episode", "max": "the most", "min": "the least"}
 _KINEMATIC = "These children are kinematic: they do not give way, so the forces are far too high (docs/contacts.md). "
 _SOURCE = "DGUV 2011, as reprinted in Buxbaum and Sen, table 1.4 (in: Bendel, Pflegeroboter, 2018)"
@@ -157,12 +166,25 @@ def children_table(run: Run) -> Table | None:
 
 
 def harm(run: Run) -> dict[str, Any]:
-    """Return a sentence on the caregiver that the report is about, and a table of all."""
-    rows = [_harm_cells(row) for row in run.summary["harm"]]
-    columns = ("caregiver", "cells with harm", "could be shown in", "episodes worse than alone", "worst cell")
-    table = Table(f"Harm — {run.title}", (*columns, "alone", "with", "difference"), rows)
-    ours = next(row for row in run.summary["harm"] if row["caregiver"] == run.caregiver)
-    return {"shown": bool(ours["cells_harmed"]), "sentence": _sentence(ours), "table": table}
+    """Return the verdicts on every caregiver, a sentence on that of the report, who else does harm, and two tables."""
+    verdicts = run.verdicts
+    ours = next(row for row in verdicts if row["caregiver"] == run.caregiver)
+    also = [row["caregiver"] for row in verdicts if row["verdict"] == Harm.SHOWN and row is not ours]
+    rows = [
+        (row["caregiver"], part["title"], part["verdict"], part["text"])
+        for row in verdicts
+        for part in ({"title": "all", **row, "text": ""}, *row["parts"].values())
+    ]
+    columns = ("caregiver", "harm in", "could be shown in", "episodes worse than alone", "worst pair")
+    damage = [_harm_cells(row) for row in run.summary["harm"]]
+    return {
+        "shown": ours["verdict"] == Harm.SHOWN,
+        "sentence": ours["text"],
+        "also": f"Harm also with {', '.join(also)}." if also else "",
+        "verdicts": verdicts,
+        "table": Table(f"Harm — {run.title}", ("caregiver", "part", "verdict", "finding"), rows),
+        "damage": Table(f"Harm by hazards — {run.title}", (*columns, "alone", "with", "difference"), damage),
+    }
 
 
 def _harm_cells(row: dict[str, Any]) -> tuple[str, ...]:
@@ -179,30 +201,28 @@ def _harm_cells(row: dict[str, Any]) -> tuple[str, ...]:
     )
 
 
-def _sentence(row: dict[str, Any]) -> str:
-    caregiver, _, _, worse, cell, alone, guarded, difference = _harm_cells(row)
-    text = f"Harm: with {caregiver} in {row['cells_harmed'] or 'none'} of {row['cells']} cells of a house and a child"
-    if row["cells_decidable"] < row["cells"]:
-        text += f" (with so few pairs that differ it could be shown in {row['cells_decidable'] or 'none'})"
-    return (
-        f"{text}. Worst: {cell}, damage {alone} alone, {guarded} with it ({difference}). "
-        f"{worse} of the episodes are worse than alone."
-    )
-
-
 def contacts(run: Run) -> dict[str, Any] | None:
-    """Return two tables of a run in the house; None of one in the grid."""
+    """Return tables of a run in the house, of every caregiver; None of one in the grid."""
     if run.settings.world != "house":
         return None
-    own = run.episodes[run.episodes.caregiver == run.caregiver]
-    groups = {family_name(family): own[own.family == family] for family in run.families}
-    return {"tables": [counts_table(groups, f" — {run.title}"), limits_table(own, f" — {run.title}")]}
+    of = {caregiver: run.episodes[run.episodes.caregiver == caregiver] for caregiver in run.acting}
+    tables = [counts_table(of, f" — {run.title}", "in all episodes")] if len(of) > 1 else []
+    for caregiver, own in of.items():
+        where = f", {caregiver} — {run.title}"
+        if caregiver == run.caregiver:
+            groups = {family_name(family): own[own.family == family] for family in run.families}
+            tables.append(counts_table(groups, where))
+        tables.append(limits_table(own, where))
+    return {"tables": tables}
 
 
-def counts_table(groups: Mapping[str, pd.DataFrame], where: str = "") -> Table:
-    """Return what was counted in several groups of episodes in the house."""
+def counts_table(groups: Mapping[str, pd.DataFrame], where: str = "", first: str = "with the caregiver") -> Table:
+    """Return what was counted in several groups of episodes in the house; older runs lack some columns."""
     rows = []
     for column, how, digits in _SHOWN:
+        if any(column not in group for group in groups.values()):
+            rows.append((f"{TITLES[column]} ({_HOW[how]})", *([_UNMEASURED] * len(groups))))
+            continue
         unit = f", {UNITS[column]}" if UNITS[column] else ""
         cells = (number(float(group[column].agg(how)), digits) for group in groups.values())
         if column in ("flame_distance", "wax_distance"):
@@ -215,7 +235,7 @@ def counts_table(groups: Mapping[str, pd.DataFrame], where: str = "") -> Table:
         f"second or more. Near is within {FLAME_CLEAR:g} m of the flame, and within {WAX_CLEAR:g} m of the candle "
         "itself, while it is in the robot's hand."
     )
-    return Table(f"What the robot did to children{where}", ("with the caregiver", *groups), rows, note)
+    return Table(f"What the robot did to children{where}", (first, *groups), rows, note)
 
 
 def limits_table(episodes: pd.DataFrame, where: str = "", compliant: bool = False) -> Table:

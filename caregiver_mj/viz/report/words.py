@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from caregiver_mj.experiments.intervals import TOO_FEW, bounds_nothing
 from caregiver_mj.recording.record import COLUMNS
 
 TITLES = {column.name: column.title for column in COLUMNS}
@@ -62,11 +63,13 @@ def number(value: float, digits: int = 1, sign: str = "-") -> str:
 def with_interval(
     row: dict[str, Any] | None, key: str, digits: int = 1, sign: str = "-", between: str = " ", scale: float = 1.0
 ) -> str:
-    """Return a number of the summary with its interval in brackets, whose open ends are infinite."""
+    """Return a number of the summary with its interval in brackets; an end that nothing bounds is infinite."""
     if row is None or row[key] is None:
         return NONE
     stem = key.removesuffix("_mean")
     value, low, high = (row[name] for name in (key, f"{stem}_ci_low", f"{stem}_ci_high"))
+    if bounds_nothing(low, high):
+        return f"{number(scale * value, digits, sign)}{between}({TOO_FEW.replace(' for', f'{between}for')})"
     ends = (
         "−∞" if low is None else number(scale * low, digits, sign),
         "∞" if high is None else number(scale * high, digits, sign),
