@@ -7,15 +7,18 @@ from __future__ import annotations
 
 import argparse
 import pathlib
+import re
 import shlex
 import shutil
 import subprocess
 import sys
+import textwrap
 from collections.abc import Sequence
 
 import pandas as pd
 
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.verdicts import LEVEL
 from study import Parser
 
 # As `plans.shapes.SHAPES`, but in the order in which they were run: intervals over houses depend on it.
@@ -30,11 +33,14 @@ def _houses(first: int) -> list[str]:
     return houses
 
 
+_CLAIMED = ("none", "nearest", "expected-danger", "foresight")  # of whom README's first claim is
+_BEGIN, _END = "<!-- main results -->\n", "<!-- end of main results -->"
 _ALL = "none random wanderer nearest guard stairs candles childproof expected-danger foresight knows-goal floor"
 _FEW = "none nearest expected-danger foresight floor"
 _OTHERS = "toddler:.5 explorer:.25 avoider:.25 seeker:.25"  # children that are no novices
 RUNS = {  # in the order of the report
     "grid-test-100": f"--world grid --houses test-100 --caregiver {_ALL} --episodes 20",
+    "grid-drawn-10": "--world grid --houses drawn-10 --caregiver none nearest expected-danger foresight --episodes 40",
     "grid-test-20": "--world grid --houses test-20 --caregiver none expected-danger foresight knows-goal clairvoyant "
     "floor --episodes 20",
     "house-120": f"--world house --houses {' '.join(_houses(990_000) + _houses(991_000))} "
@@ -90,6 +96,66 @@ def publish(runs: Sequence[pathlib.Path], docs: pathlib.Path, name: str) -> None
         pd.read_parquet(run_folder / "houses.parquet").round(4).to_csv(table, index=False)
 
 
+def main_results(docs: pathlib.Path) -> str:
+    """Return README's first claim and its table, from the tables in the documentation."""
+    tables = (pd.read_csv(docs / "results" / f"houses{name}.csv") for name in ("", "_grid-drawn-10", "_house-120"))
+    test, drawn, house = (table[table.caregiver.isin(_CLAIMED)] for table in tables)
+    acting = pd.concat([test, drawn])[lambda cells: cells.caregiver != "none"]
+    harmed, pairs = int((acting.harm_verdict == "more").sum()), acting.groupby("caregiver").size().max()
+    page = (docs / "results" / "README.md").read_text("utf-8")  # for a p of 1 / 2^14 is rounded in a table of houses
+    could = [
+        _decidable(page, "Grid, 100 houses (test-100)", name) + _decidable_in(drawn, name) for name in _CLAIMED[1:]
+    ]
+    who = ", ".join(f"`{name}`" for name in _CLAIMED[1:-1]) + f" or `{_CLAIMED[-1]}`"
+    robot = house[house.caregiver != "none"]
+    struck, grazed, dropped = (
+        round((robot[column] * robot.episodes).sum()) for column in ("strikes", "strikes_surface", "candles_dropped")
+    )
+    shown = max(_decidable_in(robot, name) for name in robot.caregiver.unique())
+    text = (
+        f"In {harmed or 'none'} of {pairs} (house, toddler) pairs of the grid did {who} do significantly more damage than "
+        f"no caregiver; harm could have been detected in {min(could)} to {max(could)} of them. In "
+        f"{robot.episodes.sum():,} episodes in the physical house the robot struck a child {struck} times, {grazed} times "
+        f"by the stricter count, and dropped {dropped} things; more damage could have been detected in {shown or 'none'} "
+        f"of its {robot.groupby('caregiver').size().max()} pairs. `expected-danger`, the paper's rule, does harm to "
+        "children that head for the robot in a few pairs ([Limits](docs/guide/limits.md))."
+    )
+    rows = [
+        f"| {title} | " + " | ".join(f"{_summed(cells, name):.1f}" for name in ("none", *_CLAIMED[2:])) + " |"
+        for title, cells in (
+            ("grid, 100 houses (`test-100`), sum over five toddlers", test),
+            ("grid, ten houses drawn by hand (`drawn-10`), likewise", drawn),
+            ("physical house, 120 of all shapes, likewise", house),
+        )
+    ]
+    head = ["| damage in an episode | alone | `expected-danger` | `foresight` |", "|---|---|---|---|"]
+    return "\n".join([textwrap.fill(text, 120, break_long_words=False, break_on_hyphens=False), "", *head, *rows])
+
+
+def _decidable(page: str, title: str, caregiver: str) -> int:
+    """Return in how many pairs of a run harm could be shown, as the page of results says."""
+    table = re.split(rf"### Harm(?: by hazards)? — {re.escape(title)}\n", page)[1]
+    return int(next(line for line in table.splitlines() if line.startswith(f"| {caregiver} |")).split("|")[3])
+
+
+def _decidable_in(cells: pd.DataFrame, caregiver: str) -> int:
+    """Return the same of few pairs, whose p are not too small for four digits."""
+    least = cells.loc[cells.caregiver == caregiver, "harm_p_least"]
+    return int((least * len(least) <= LEVEL).sum())
+
+
+def _summed(cells: pd.DataFrame, caregiver: str) -> float:
+    """Return the damage of an episode, a mean over houses, summed over toddlers."""
+    return float(cells[cells.caregiver == caregiver].groupby("family").damage.mean().sum())
+
+
+def write_main_results(docs: pathlib.Path, readme: pathlib.Path) -> None:
+    """Write them into README, between its two marks."""
+    before, _, rest = readme.read_text("utf-8").partition(_BEGIN)
+    after = rest.partition(_END)[2]
+    readme.write_text(f"{before}{_BEGIN}{main_results(docs)}\n{_END}{after}", "utf-8")
+
+
 def add_options(parser: Parser) -> None:
     """Declare the options."""
     parser.add("runs", pathlib.Path("runs"), type=pathlib.Path, metavar="DIR")
@@ -109,3 +175,4 @@ def run(options: argparse.Namespace) -> None:
         folders = [options.runs / run for run in group]
         call(["report", *map(str, folders)])
         publish(folders, options.docs, name)
+    write_main_results(options.docs, options.docs.parent / "README.md")
