@@ -113,11 +113,11 @@ def main_results(docs: pathlib.Path) -> str:
     )
     shown = max(_decidable_in(robot, name) for name in robot.caregiver.unique())
     text = (
-        f"In {harmed or 'none'} of {pairs} (house, toddler) pairs of the grid did {who} do significantly more damage than "
-        f"no caregiver; harm could have been detected in {min(could)} to {max(could)} of them. In "
-        f"{robot.episodes.sum():,} episodes in the physical house the robot struck a child {struck} times, {grazed} times "
-        f"by the stricter count, and dropped {dropped} things; more damage could have been detected in {shown or 'none'} "
-        f"of its {robot.groupby('caregiver').size().max()} pairs. `expected-danger`, the paper's rule, does harm to "
+        f"In {harmed or 'none'} of {pairs} (house, toddler) pairs of the grid did {who} do significantly more damage "
+        f"than no caregiver; harm could have been detected in {min(could)} to {max(could)} of them. In "
+        f"{robot.episodes.sum():,} episodes in the physical house the robot struck a child {struck} times, {grazed} "
+        f"times by the stricter count, and dropped {dropped} things; more damage could have been detected in "
+        f"{shown or 'none'} of its {robot.groupby('caregiver').size().max()} pairs. `expected-danger`, the paper's rule, does harm to "
         "children that head for the robot in a few pairs ([Limits](docs/guide/limits.md))."
     )
     rows = [
