@@ -117,7 +117,8 @@ def main_results(docs: pathlib.Path) -> str:
         f"than no caregiver; harm could have been detected in {min(could)} to {max(could)} of them. In "
         f"{robot.episodes.sum():,} episodes in the physical house the robot struck a child {struck} times, {grazed} "
         f"times by the stricter count, and dropped {dropped} things; more damage could have been detected in "
-        f"{shown or 'none'} of its {robot.groupby('caregiver').size().max()} pairs. `expected-danger`, the paper's rule, does harm to "
+        f"{shown or 'none'} of its {robot.groupby('caregiver').size().max()} pairs. "
+        "`expected-danger`, the paper's rule, does harm to "
         "children that head for the robot in a few pairs ([Limits](docs/guide/limits.md))."
     )
     rows = [
