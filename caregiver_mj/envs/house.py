@@ -89,14 +89,14 @@ class HouseEnv(gymnasium.Env):
 
         Of a `Generator` or a `RandomState` it is the next one that this draws.
         """
-        seed = plain_seed(seed)
-        super().reset(seed=seed)
-        seed = episode_seed(seed, self.np_random)
-        self.dm_env.task.reseed(seed)
+        asked = plain_seed(seed)
+        super().reset(seed=asked)
+        drawn = episode_seed(asked, self.np_random)
+        self.dm_env.task.reseed(drawn)
         self.timestep = self.dm_env.reset()
         self._observation = self._observe(self.timestep.observation)
         self._cost = CostMeter(self.dm_env.task)
-        return self._observation, {"seed": seed}
+        return self._observation, {"seed": drawn}
 
     def step(self, action: np.ndarray) -> tuple[Observations, float, bool, bool, dict[str, Any]]:
         if self._observation is None:

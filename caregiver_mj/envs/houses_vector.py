@@ -104,13 +104,13 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
         """
         if options and not np.all(options.get("reset_mask", True)):
             raise CaregiverError("reset_mask must be left out: all episodes of the batch begin together")
-        seed = plain_seed(seed)
-        super().reset(seed=seed)
+        number = plain_seed(seed)
+        super().reset(seed=number)
         self._ended = False
         at_once = len(self.now)
         self.now = self.np_random.choice(len(self.plans), at_once, replace=False)
         drawn = self.np_random.integers(2**32, size=self.num_envs)
-        seeds = drawn if seed is None else seed + np.arange(self.num_envs)
+        seeds = drawn if number is None else number + np.arange(self.num_envs)
         parts = np.split(seeds, at_once)
         found = [self._vector(int(i)).reset(seed=part.tolist()) for i, part in zip(self.now, parts, strict=True)]
         observations, infos = zip(*found, strict=True)

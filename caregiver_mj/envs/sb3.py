@@ -90,7 +90,8 @@ class BatchVecEnv(VecEnv):
         return [False] * len(list(self._get_indices(indices)))
 
     def get_images(self) -> Sequence[np.ndarray | None]:
-        return self.env.render() or [None] * self.num_envs
+        frames: Any = self.env.render()
+        return frames or [None] * self.num_envs
 
     def close(self) -> None:
         self.env.close()

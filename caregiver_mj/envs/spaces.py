@@ -43,7 +43,7 @@ class CostMeter:
 Seed: TypeAlias = "int | np.random.Generator | np.random.RandomState | None"
 
 
-def plain_seed(seed: Any) -> Any:
+def plain_seed(seed: Seed) -> int | None:
     """Return a seed as Gymnasium takes it: NumPy's integer as Python's, of a source of randomness one that it draws."""
     if isinstance(seed, np.random.Generator):
         return int(seed.integers(LARGEST_SEED + 1))

@@ -54,13 +54,13 @@ class TargetsEnv(gymnasium.Env):
 
         Of a `Generator` or a `RandomState` it is the next one that this draws.
         """
-        seed = plain_seed(seed)
-        super().reset(seed=seed)
-        seed = episode_seed(seed, self.np_random)
-        self.world.begin([seed])
+        asked = plain_seed(seed)
+        super().reset(seed=asked)
+        drawn = episode_seed(asked, self.np_random)
+        self.world.begin([drawn])
         self._runs = self._is_reset = True
         observation, mask = self._look()
-        return observation, {"seed": seed, "action_mask": mask}
+        return observation, {"seed": drawn, "action_mask": mask}
 
     def step(self, action: int) -> tuple[Observations, float, bool, bool, dict[str, Any]]:
         if not self._runs:
