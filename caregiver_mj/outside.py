@@ -23,6 +23,8 @@ MOST_BRACKETS = 500_000  # lists and objects in one JSON text: "[]," of 3 bytes 
 LARGEST_TABLE = 500 * MB  # bytes of a parquet file: 10 million episodes, as many as a run may have
 LARGEST_ARRAYS = 64 * MB  # bytes of a caregiver's answers as arrays: those of 1,000 episodes have 8 MB
 MOST_NUMBERS = 10**7  # in one of these arrays, where a side of length 0 counts as 1: rows of nothing take memory, too
+LARGEST_PLAN = MB  # bytes of a file with a floor plan
+MOST_CELLS = 10_000  # of a floor plan, 75 m x 75 m: ten times as many take 10 s and a hundred times the memory
 LONGEST_LINE = 1_000  # characters of a message; a terminal shows 80 in a line
 
 _TAG = re.compile(r"<(?=[A-Za-z/!?])")  # "< 5 %" is none

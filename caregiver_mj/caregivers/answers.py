@@ -6,6 +6,8 @@ import base64
 import contextlib
 import functools
 import io
+import math
+import zipfile
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -15,9 +17,15 @@ from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.interventions.verb import Interventions
+from caregiver_mj.outside import LARGEST_ARRAYS, MOST_NUMBERS, plain
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 _ASKED = ("prepare", "decide", "destination")  # by its world
+_SUFFIX = ".npy"
+_NAMES = {f"{name}{_SUFFIX}" for name in ("actions", "traits", "verbs", *_ASKED)}  # of arrays, as they are packed
+_PACKED = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+_KINDS = "bifuU"  # of what is in them: numbers and names
+_MOST_SIDES = 4  # of an array: answers, what they are of, worlds, candles
 
 
 @contextlib.contextmanager
@@ -70,19 +78,44 @@ def packed(**arrays: np.ndarray) -> str:
     return base64.b64encode(content.getvalue()).decode()
 
 
-def unpacked(text: str) -> dict[str, Any]:
-    """Return what is in a text of answers, as lists by name.
+def unpacked(text: str) -> dict[str, np.ndarray]:
+    """Return the arrays in a text of answers by name, none of them of a single number.
+
+    What they come to is known, and refused if it is too much, before any of them is unpacked.
 
     Raises:
-        CaregiverError: It cannot be read.
+        CaregiverError: It cannot be read, or has more than the answers of a caregiver.
     """
     if not text:
         return {}
     try:
-        with np.load(io.BytesIO(base64.b64decode(text, validate=True))) as arrays:
-            return {name: [*arrays[name].tolist()] for name in arrays}  # those of one number are none
+        with zipfile.ZipFile(io.BytesIO(base64.b64decode(text, validate=True))) as file:
+            members = file.infolist()
+            if len({member.filename for member in members} & _NAMES) < len(members):
+                raise ValueError(f"they must be arrays called {', '.join(sorted(_NAMES))}, each at most once")
+            if any(member.compress_type not in _PACKED for member in members):
+                raise ValueError("they must be packed by deflation, which tells what it comes to")
+            if (size := sum(member.file_size for member in members)) > LARGEST_ARRAYS:
+                raise ValueError(f"they must come to at most {LARGEST_ARRAYS:,} bytes, got {size:,}")
+            return {member.filename.removesuffix(_SUFFIX): _array(file.read(member)) for member in members}
     except Exception as error:  # a text from anybody: encrypted, no arrays, larger than memory
-        raise CaregiverError(f"the answers of a caregiver cannot be read: {error}") from None
+        raise CaregiverError(f"the answers of a caregiver cannot be read: {plain(error)}") from None
+
+
+def _array(content: bytes) -> np.ndarray:
+    """Return the array in a file of NumPy's, whose bytes are no more and no fewer than its header says."""
+    file = io.BytesIO(content)
+    version = np.lib.format.read_magic(file)
+    if version != (1, 0):
+        raise ValueError(f"an array must be of version 1.0 of its format, got {version}")
+    shape, _, dtype = np.lib.format.read_array_header_1_0(file)
+    numbers = math.prod(max(1, side) for side in shape)
+    if dtype.kind not in _KINDS or not 1 <= len(shape) <= _MOST_SIDES or numbers > MOST_NUMBERS:
+        raise ValueError(f"an array must have at most {MOST_NUMBERS:,} numbers or names, got {dtype}, {shape}")
+    if math.prod(shape) * dtype.itemsize != len(content) - file.tell():
+        raise ValueError(f"an array of {dtype}, {shape}, must have as many bytes, got {len(content) - file.tell():,}")
+    file.seek(0)
+    return np.lib.format.read_array(file, allow_pickle=False)
 
 
 def replayed(plan: FloorPlan, text: str) -> ReplayedCaregiver | ReplayedPolicy:
@@ -94,7 +127,7 @@ def replayed(plan: FloorPlan, text: str) -> ReplayedCaregiver | ReplayedPolicy:
 class ReplayedPolicy:
     """Gives actions again, (n, actions); a `CaregiverError` where there are no more, or they are none."""
 
-    def __init__(self, actions: list[list[float]]):
+    def __init__(self, actions: np.ndarray):
         self._left = iter(actions)
 
     def __call__(self, timestep: Any) -> np.ndarray:
@@ -110,16 +143,16 @@ class ReplayedCaregiver(Caregiver):
     Where they cannot be read, or its world asks for others, that is a `CaregiverError`.
     """
 
-    def __init__(self, plan: FloorPlan, arrays: dict[str, Any]):
+    def __init__(self, plan: FloorPlan, arrays: dict[str, np.ndarray]):
         super().__init__(plan)
         try:
-            yields, takes_orders, self._idle = arrays["traits"]
-            self._verbs = np.array([*arrays["verbs"], None], object)
+            yields, takes_orders, self._idle = arrays["traits"].tolist()
+            self._verbs = np.array([*arrays["verbs"].tolist(), None], object)
         except (KeyError, ValueError):
             raise CaregiverError(
                 f"the answers of a caregiver must have its traits and verbs, got {[*arrays]}"
             ) from None
-        self._left = {question: iter(arrays.get(question, ())) for question in _ASKED}
+        self._left: dict[str, Iterator[Any]] = {question: iter(arrays.get(question, ())) for question in _ASKED}
         self.yields, self.takes_orders = yields == "True", takes_orders == "True"
 
     @property
@@ -127,10 +160,10 @@ class ReplayedCaregiver(Caregiver):
         return str(self._idle)
 
     def _next(self, question: str, shape: tuple[int, ...]) -> np.ndarray:
-        found = np.array(next(self._left[question], ()))
+        found = np.asarray(next(self._left[question], ()))
         if found.shape != shape or not np.issubdtype(found.dtype, np.integer):
             raise CaregiverError(f"the next answer to '{question}' must be integers of shape {shape}, got {found}")
-        return found
+        return found.astype(int)
 
     def prepare(self, candle_table: np.ndarray) -> np.ndarray:
         return self._next("prepare", candle_table.shape)

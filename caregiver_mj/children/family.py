@@ -52,7 +52,7 @@ class ChildSpec:
     behaviour: str = NOVICE
 
     def check(self) -> None:
-        """Raise CaregiverError unless there can be such a child."""
+        """Raise CaregiverError unless there can be such a child, whose code is imported."""
         check_epsilon(self.epsilon)
         check_kind("the name of a child", self.behaviour, str)
         CHILDREN[self.behaviour]  # there may be none, and one that comes from another package may fail to load
@@ -119,17 +119,29 @@ class Family:
         Raises:
             CaregiverError: It cannot be read, or there is no such child.
         """
+        family = cls.named(text, behaviour)
+        family.check()
+        return family
+
+    @classmethod
+    def named(cls, text: str, behaviour: str = NOVICE) -> Family:
+        """Read a family as `parse` does, but import no child: from outside its name may be that of any code.
+
+        Raises:
+            CaregiverError: It cannot be read.
+        """
+        if (most := text.count(",") + 1) > MOST_CHILDREN:
+            raise CaregiverError(f"a family must have at most {MOST_CHILDREN} children, got {most}")
         children = []
         for part in text.split(","):
             name, colon, epsilon = part.strip().rpartition(":")
             try:
-                child = ChildSpec(float(epsilon), name if colon else behaviour)
+                share = float(epsilon)
             except ValueError:
                 raise CaregiverError(
                     f"a family must be the epsilon of each child, such as 0.5 or 1,.25 or adversary:0.5, got '{text}'"
                 ) from None
-            child.check()
-            children.append(child)
+            children.append(ChildSpec(check_epsilon(share), name if colon else behaviour))
         return cls(tuple(children))
 
     def check(self) -> None:

@@ -22,8 +22,9 @@ from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.run_folder import Result
-from caregiver_mj.experiments.settings import FLOOR, Block, Settings, episode_random, episode_seed, episode_tapes
+from caregiver_mj.experiments.settings import FLOOR, NOBODY, Block, Settings, episode_random, episode_seed, episode_tapes
 from caregiver_mj.grid.world import FloorWorld, GridWorld
+from caregiver_mj.outside import plain
 from caregiver_mj.plans.floor_plan import FloorPlan, check_house
 from caregiver_mj.recording.record import COLUMNS, EpisodeRecord
 
@@ -85,12 +86,17 @@ def try_all(settings: Settings) -> None:
                 _make_house(plan, settings.families[0], name, settings.seed, settings.embodiment, settings.sight)
 
 
-def run_block(settings: Settings, block: Block, answers: str = "") -> Result:
-    """Run the episodes of a block; its caregiver's `answers` when it ran before, if there are any, are given again.
+def run_block(settings: Settings, block: Block, answers: str | None = None) -> Result:
+    """Run the episodes of a block; or give a caregiver's `answers` of when it ran before again, and make none.
 
     Returns:
         Their `rows`, with the columns of `EpisodeRecord` as keys, each family's `maps`, and the caregiver's `answers`.
+
+    Raises:
+        CaregiverError: There are no answers to be given again, though there is a caregiver, or some without one.
     """
+    if answers is not None:
+        check_answers(block, answers)
     plan = settings.plan_of[block.house] if block.house else settings.plan
     run = _run_in_grid if settings.world == "grid" or block.caregiver == FLOOR else _run_in_house
     seeds = [episode_seed(settings.seed, episode) for episode in block.numbers]
@@ -122,7 +128,16 @@ def run_block(settings: Settings, block: Block, answers: str = "") -> Result:
     }
 
 
-def _run_in_grid(settings: Settings, plan: FloorPlan, block: Block, seeds: list[int], answers: str) -> _Measured:
+def check_answers(block: Block, answers: Any) -> None:
+    """Raise CaregiverError unless they can be a caregiver's of a block: a text, empty where nobody answers."""
+    if not isinstance(answers, str) or bool(answers) == (block.caregiver in NOBODY):
+        wanted = "none" if block.caregiver in NOBODY else "the text of its arrays"
+        raise CaregiverError(f"the answers of '{block.caregiver}' must be {wanted}, got {plain(repr(answers), 40)}")
+
+
+def _run_in_grid(
+    settings: Settings, plan: FloorPlan, block: Block, seeds: list[int], answers: str | None
+) -> _Measured:
     start = time.perf_counter()
     children, caregiver = side_by_side(plan, block.families, len(seeds)), None
     if block.caregiver == FLOOR:
@@ -140,7 +155,9 @@ def _run_in_grid(settings: Settings, plan: FloorPlan, block: Block, seeds: list[
     return [ledger.outcome(i) | times for i in range(len(block))], (ledger.visits, ledger.damage_at), text()
 
 
-def _run_in_house(settings: Settings, plan: FloorPlan, block: Block, seeds: list[int], answers: str) -> _Measured:
+def _run_in_house(
+    settings: Settings, plan: FloorPlan, block: Block, seeds: list[int], answers: str | None
+) -> _Measured:
     (family,) = block.families
     from caregiver_mj.house.rendering import control  # here, for the grid does without MuJoCo
 
@@ -209,11 +226,14 @@ def belongs(settings: Settings, block: Block, result: Result) -> bool:
     plan = settings.plan_of[block.house] if block.house else settings.plan
     try:
         found = [tuple(row[key] for key in _WHICH) for row in result["rows"]]
+        families = {str(family) for family in block.families}
         maps = [result["maps"][str(family)][name] for family in block.families for name in MAPS]
         rows = [[_fits(row[name], kind) for name, kind in _TYPES.items()] for row in result["rows"]]
         if any(row.keys() != _TYPES.keys() for row in result["rows"]) or not all(map(all, rows)):
             return False
-        if not all(_fits(values, "list[float]") for values in maps):
+        if not all(_fits(values, "list[float]") for values in maps) or result["maps"].keys() != families:
+            return False
+        if any(of_family.keys() != {*MAPS} for of_family in result["maps"].values()):
             return False
     except (AttributeError, KeyError, TypeError):
         return False

@@ -14,10 +14,11 @@ import numpy as np
 from caregiver_mj.caregivers.foresight import child_model
 from caregiver_mj.caregivers.registry import CAREGIVERS, find_caregiver, is_caregiver, needs_pictures
 from caregiver_mj.children.behaviour import Behaviour
-from caregiver_mj.children.family import ChildSpec, Family
+from caregiver_mj.children.family import CHILDREN, ChildSpec, Family
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.errors import CaregiverError, check_integer, check_kind
 from caregiver_mj.experiments.provenance import origins, source_digest, versions
+from caregiver_mj.outside import plain
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.plans.visibility import Sight
@@ -25,10 +26,12 @@ from caregiver_mj.robot.embodiment import DEFAULT
 
 WORLDS = ("house", "grid")
 FLOOR = "floor"  # in the place of a caregiver: what the best of them could not prevent
+NOBODY = ("none", FLOOR)  # in the place of a caregiver, where nobody answers
 EPSILONS = child_model.EPSILONS[::-1]  # the paper's five novices
 GRID_BLOCK = 1000  # episodes at once: enough to be fast, and a few seconds' work to lose
 MOST_ROWS = 10_000_000  # episodes of a run; more do not fit into memory
 _MOST_FAMILIES = 10  # in a block, whose name has them all
+_LONGEST_NAME, _LONGEST_LIST = 500, 100_000  # characters of a name, and of what several houses are called together
 
 
 @dataclasses.dataclass(frozen=True)
@@ -74,20 +77,33 @@ class Settings:
 
     @classmethod
     def of_record(cls, record: dict[str, Any]) -> Settings:
-        """Return the settings of a run, from what `record` has made of them."""
+        """Return the settings of a run, from what `record` has made of them, perhaps a stranger.
+
+        Its names of children, robots and caregivers stay names: no code is imported for them.
+
+        Raises:
+            CaregiverError: They can be of no run.
+            KeyError: Something is missing.
+        """
+        record = {"file": "", "sight": "all"} | record
+        texts = ("world", "embodiment", "houses", "file", "sight", "damage")
+        for key, kind in (*((text, str) for text in texts), ("caregivers", list), ("families", list), ("plans", list)):
+            check_kind(key, record[key], kind)
+        for name in (*record["caregivers"], *record["families"]):
+            check_kind("the name of a caregiver or of children", name, str)
         damage = DamageWeights.of(record["damage"])
         plans = (
             FloorPlan.parse("\n".join(plan["rows"]), plan["name"], plan["cell_size"], damage)
             for plan in record["plans"]
         )
-        as_they_are = ("world", "caregivers", "episodes", "seed", "embodiment", "houses")
-        return cls(
+        found = cls(
             tuple(plans),
-            families=tuple(map(Family.parse, record["families"])),
-            file=record.get("file", ""),
-            sight=record.get("sight", "all"),
-            **{key: record[key] for key in as_they_are},
+            caregivers=tuple(record["caregivers"]),
+            families=tuple(map(Family.named, record["families"])),
+            **{key: record[key] for key in ("world", "episodes", "seed", "embodiment", "houses", "file", "sight")},
         )
+        found.check_whole()
+        return found
 
     @property
     def plan(self) -> FloorPlan:
@@ -112,15 +128,23 @@ class Settings:
 
     def check(self) -> None:
         """Raise CaregiverError unless this can be run."""
-        if self.world not in WORLDS:
-            raise CaregiverError(f"no world '{self.world}': there are {', '.join(WORLDS)}")
+        self._check_world()
         self._check_house()
-        for plan in self.plans:
-            check_kind("a house", plan, FloorPlan, advice=": FloorPlan.load makes one")
         for name in self.caregivers:
             _check_caregiver(name, self.world)
         for family in self.families:
             family.check()
+        self.check_whole()
+
+    def _check_world(self) -> None:
+        if self.world not in WORLDS:
+            raise CaregiverError(f"no world '{self.world}': there are {', '.join(WORLDS)}")
+
+    def check_whole(self) -> None:
+        """Raise CaregiverError unless this can be that of a run, whatever its names are of."""
+        self._check_world()
+        for plan in self.plans:
+            check_kind("a house", plan, FloorPlan, advice=": FloorPlan.load makes one")
         names, houses = tuple(map(str, self.families)), tuple(plan.name for plan in self.plans)
         for what, values in (("caregivers", self.caregivers), ("epsilons", names), ("houses", houses)):
             if not values or len(set(values)) < len(values):
@@ -132,6 +156,31 @@ class Settings:
         if rows > MOST_ROWS:
             raise CaregiverError(f"episodes must be at most {MOST_ROWS:,} in all, got {rows:,}")
         check_integer("the seed", self.seed, 0)
+        for name in (*self.caregivers, *houses, self.embodiment, *self._behaviours()):
+            _check_name(name, _LONGEST_NAME)
+        if (longest := max(len(self.houses), len(self.file))) > _LONGEST_LIST:
+            raise CaregiverError(f"houses must have names of at most {_LONGEST_LIST:,} characters, got {longest:,}")
+
+    def _behaviours(self) -> list[str]:
+        """The names of the children, each once."""
+        children = (child for family in self.families for child in family.children)
+        return [*dict.fromkeys(child.behaviour for child in children if isinstance(child, ChildSpec))]
+
+    def check_installed(self) -> None:
+        """Raise CaregiverError if its children or its robot are others than the package's own or installed plug-ins.
+
+        A caregiver may be any, for its answers are given again.
+        """
+        names = [("child", CHILDREN, name) for name in self._behaviours()]
+        if self.world == "house":
+            from caregiver_mj.robot.embodiments import EMBODIMENTS  # here, for the grid does without MuJoCo
+
+            names.append(("robot", EMBODIMENTS, self.embodiment))
+        for what, registry, name in names:
+            if name not in registry:
+                raise CaregiverError(
+                    f"its {what} must be one of {', '.join(registry)}, got '{name}': --trust imports and runs its code"
+                )
 
     def _check_house(self) -> None:
         """Raise CaregiverError unless what only the house knows can be run."""
@@ -184,6 +233,12 @@ class Settings:
             for start, end in itertools.pairwise([0, *extended_at, self.episodes])
             for first in range(start, end, size)
         ]
+
+
+def _check_name(name: str, longest: int) -> None:
+    """Raise CaregiverError unless it can be shown: a name stands in tables, figures and file names."""
+    if len(name) > longest or not name.isprintable():
+        raise CaregiverError(f"a name must have at most {longest:,} printable characters, got '{plain(name)}'")
 
 
 def _check_caregiver(name: str, world: str) -> None:

@@ -28,11 +28,11 @@ from typing import Any
 import numpy as np
 
 from caregiver_mj.errors import CaregiverError, FloorPlanError, check_kind
+from caregiver_mj.outside import LARGEST_PLAN, MOST_CELLS, read_file, visible
 from caregiver_mj.plans.cell_graph import ACTIONS, BIN, FREE, LEGEND, TABLE, WALKABLE, WALL, Cell, CellGraph
 from caregiver_mj.plans.hazards import KINDS, DamageWeights, Hazards, Where, kinds_at
 
 _FENCED = tuple(kind.symbol for kind in KINDS if kind.fenced)
-_LARGEST = 1_000_000  # bytes of a file with a plan, more than any house has cells
 _LARGEST_CELL = 1e3  # metres
 DEFAULT_CELL_SIZE = 0.75  # metres; a toddler's timestep at 1.6 km/h is then 1.69 s
 
@@ -87,11 +87,7 @@ class FloorPlan:
             return cls.parse(made.text, made.name, cell_size, damage)
         path = pathlib.Path(name_or_path)
         try:
-            with path.open("rb") as file:
-                content = file.read(_LARGEST + 1)
-            if len(content) > _LARGEST:
-                raise FloorPlanError(f"floor plan '{name_or_path}' must have at most {_LARGEST:,} bytes, got more")
-            text = content.decode("utf-8-sig")  # some editors begin with a byte order mark
+            text = read_file(path, LARGEST_PLAN).decode("utf-8-sig")  # some editors begin with a byte order mark
         except FileNotFoundError:
             raise FloorPlanError(
                 f"no floor plan '{name_or_path}': neither a file nor one of {', '.join(house_names())}, "
@@ -101,8 +97,7 @@ class FloorPlan:
             raise FloorPlanError(f"floor plan '{name_or_path}' must be UTF-8, got other bytes: {error}") from None
         except (OSError, ValueError) as error:
             raise FloorPlanError(f"floor plan '{name_or_path}' cannot be read: {error}") from None
-        name = path.stem.encode(errors="replace").decode()  # of files whose names are no text, too
-        return cls.parse(text, name, cell_size, damage)
+        return cls.parse(text, visible(path.stem), cell_size, damage)
 
     @classmethod
     def parse(
@@ -126,6 +121,8 @@ class FloorPlan:
         if first is None:
             raise FloorPlanError(f"floor plan '{name}' line 1, column 1: the plan must not be empty")
         last = max(i for i, line in enumerate(lines) if line)
+        if (cells := (last - first + 1) * max(map(len, lines))) > MOST_CELLS:
+            raise FloorPlanError(f"floor plan '{name}' must have at most {MOST_CELLS:,} cells, got {cells:,}")
         if not (isinstance(cell_size, numbers.Real) and 0 < cell_size <= _LARGEST_CELL):
             raise FloorPlanError(f"floor plan '{name}': the cell size must be a positive length, got {cell_size} m")
         plan = cls(name, tuple(lines[first : last + 1]), float(cell_size), DamageWeights.of(damage))
