@@ -6,11 +6,14 @@ package itself writes.
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import json
 import os
 import re
 import stat
+import sys
+from collections.abc import Iterator
 from typing import Any, NoReturn
 
 MB = 10**6  # bytes
@@ -21,6 +24,7 @@ MOST_PARTS = 200_000  # files in it, one a block, each of which takes 1 kB of me
 LARGEST_JSON = 32 * MB  # bytes of one JSON text; a block of 1,000 episodes has 4 MB. Its objects may take 12 times that
 MOST_BRACKETS = 500_000  # lists and objects in one JSON text: "[]," of 3 bytes takes 64, which makes a bomb
 LARGEST_TABLE = 500 * MB  # bytes of a parquet file: 10 million episodes, as many as a run may have
+LARGEST_PIECE = 64 * MB  # bytes that may be unpacked of a file, however small that is
 LARGEST_ARRAYS = 64 * MB  # bytes of a caregiver's answers as arrays: those of 1,000 episodes have 8 MB
 MOST_NUMBERS = 10**7  # in one of these arrays, where a side of length 0 counts as 1: rows of nothing take memory, too
 LARGEST_PLAN = MB  # bytes of a file with a floor plan
@@ -64,6 +68,28 @@ def _check_regular(status: os.stat_result, path: str | os.PathLike[str], most: i
 
 def _raise_too_large(path: str | os.PathLike[str], most: int) -> NoReturn:
     raise OSError(errno.EFBIG, f"larger than {most:,} bytes", os.fspath(path))
+
+
+@contextlib.contextmanager
+def limited_memory(most: int) -> Iterator[None]:
+    """Give a library that unpacks so many bytes and no more within, on Linux: beyond it has a MemoryError.
+
+    A file may say that it comes to little and come to a lot.
+    """
+    if not sys.platform.startswith("linux"):
+        yield
+        return
+    import resource  # not on Windows
+
+    before, hard = resource.getrlimit(resource.RLIMIT_DATA)
+    with open("/proc/self/status", "rb") as file:
+        (used,) = (int(line.split()[1]) * 1024 for line in file if line.startswith(b"VmData"))
+    wanted = used + 2 * most  # once as the library has it, once as it is given
+    resource.setrlimit(resource.RLIMIT_DATA, (min(wanted, before) if before >= 0 else wanted, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_DATA, (before, hard))
 
 
 def parse_json(content: bytes | str) -> Any:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import os
 import pathlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,12 +19,11 @@ from caregiver_mj.experiments.evaluation import sum_up
 from caregiver_mj.experiments.harm import judge
 from caregiver_mj.experiments.run_folder import RunFolder, read_json, told, unlike
 from caregiver_mj.experiments.settings import FLOOR, Settings
+from caregiver_mj.outside import LARGEST_PIECE, LARGEST_RATIO, LARGEST_TABLE, limited_memory, plain, read_file
 from caregiver_mj.recording.record import MEASURES
 
 _WHICH = ("world", "house", "caregiver", "family", "epsilon", "episode", "seed")
 _MEASURED = ("damage", "timesteps_to_threshold", "cells_visited", "toys_reached")  # by all versions
-# Whatever reading what somebody has put there may come to, parquet's own errors among them.
-_UNREADABLE = (OSError, ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError, ArithmeticError)
 # May be what it likes in each run, or follows from others.
 _EACH = ("seed", "episodes", "extended_at", "pooled", "file", "epsilons")
 _PAIR = ["house", "family", "seed"]  # what two episodes share that have the same children
@@ -35,6 +35,8 @@ _FILES = {  # of a finished run, and what to say where one is not there
     "episodes.parquet": f"the run in '{{}}' has no episodes.parquet: {_ANEW}",
     "maps.parquet": "the run in '{}' has no maps.parquet: run it again",
 }
+_NUMBER = 8  # bytes of one in a table
+_LONGEST_REASON = 300  # characters of what a library says of a file
 _NOT_SETTINGS = ("epsilons", "extended_at", "file", "houses")  # follow from others, or nothing depends on them
 
 
@@ -93,10 +95,10 @@ def read_finished(folder: str | os.PathLike[str]) -> Finished:
         }
     except KeyError as error:
         raise CaregiverError(f"the run in '{folder}' cannot be read: there is no {error} in it") from error
-    except _UNREADABLE as error:
-        raise CaregiverError(f"the run in '{folder}' cannot be read: {_words(error)}") from error
     except CaregiverError as error:
         raise CaregiverError(f"the run in '{folder}' cannot be read: {error}") from None
+    except Exception as error:  # whatever reading what somebody has put there may come to
+        raise CaregiverError(f"the run in '{folder}' cannot be read: {_words(error)}") from error
     for name, wrong in foreign.items():
         if wrong:
             raise CaregiverError(f"the run in '{folder}' cannot be read: its {name} is that of another run; {_ANEW}")
@@ -104,24 +106,59 @@ def read_finished(folder: str | os.PathLike[str]) -> Finished:
 
 
 def _read(path: pathlib.Path) -> tuple[dict[str, Any], Settings, pd.DataFrame, pd.DataFrame, dict[str, Any]]:
-    record, summary, episodes, maps = (_read_file(path / name) for name in _FILES)
-    return record, Settings.of_record(record), episodes, maps, summary
+    record, summary = (_read_file(path / name, _dictionary) for name in ("run.json", "summary.json"))
+    settings = Settings.of_record(record)
+    plans, who = settings.plans, len(settings.caregivers) * len(settings.families)
+    rows = len(plans) * who * settings.episodes, sum(len(plan.free_cells) for plan in plans) * who
+    episodes = _read_file(path / "episodes.parquet", functools.partial(_table, rows=rows[0]))
+    return record, settings, episodes, _read_file(path / "maps.parquet", functools.partial(_table, rows=rows[1])), summary
 
 
-def _read_file(path: pathlib.Path) -> Any:
-    """Return the dictionary or the table in a file; raise CaregiverError if it is damaged."""
+def _read_file(path: pathlib.Path, read: Callable[[pathlib.Path], Any]) -> Any:
+    """Return what is in a file; raise CaregiverError if it is damaged."""
     try:
-        found = pd.read_parquet(path) if path.suffix == ".parquet" else read_json(path)
-        if not isinstance(found, dict | pd.DataFrame):
-            raise ValueError(f"it must hold a dictionary, got {type(found).__name__}")
-        return found
-    except _UNREADABLE as error:
+        return read(path)
+    except Exception as error:
         mend = "" if path.name == "run.json" else f"; {_ANEW}"
         raise CaregiverError(f"its {path.name} is damaged ({_words(error)}){mend}") from error
 
 
+def _dictionary(path: pathlib.Path) -> dict[str, Any]:
+    found = read_json(path)
+    if not isinstance(found, dict):
+        raise ValueError(f"it must hold a dictionary, got {type(found).__name__}")
+    return found
+
+
+def _table(path: pathlib.Path, rows: int) -> pd.DataFrame:
+    """Return the table in a file of so many rows; what it says to come to is checked before it is unpacked."""
+    import pyarrow.parquet
+
+    content = read_file(path, LARGEST_TABLE)
+    with pyarrow.parquet.ParquetFile(pyarrow.BufferReader(content)) as file:
+        about, schema = file.metadata, file.schema_arrow
+        if about.num_rows != rows:
+            raise ValueError(f"it must have {rows:,} rows, got {about.num_rows:,}")
+        groups = (about.row_group(i) for i in range(about.num_row_groups))
+        size = sum(group.column(i).total_uncompressed_size for group in groups for i in range(group.num_columns))
+        size = max(size, rows * len(schema) * _NUMBER)
+        if size > LARGEST_PIECE + LARGEST_RATIO * len(content):
+            raise ValueError(f"it must not unpack to {size:,} bytes, got a file of {len(content):,}")
+        if others := [field.name for field in schema if not _fits_in_column(field.type)]:
+            raise ValueError(f"its columns must be of numbers, texts or lists of numbers, got '{others[0]}'")
+        with limited_memory(LARGEST_PIECE + size):
+            return file.read(use_threads=False).to_pandas()
+
+
+def _fits_in_column(kind: Any) -> bool:
+    from pyarrow import types
+
+    kinds = (types.is_integer, types.is_floating, types.is_boolean, types.is_string, types.is_large_string)
+    return any(fits(kind) for fits in kinds) or (types.is_list(kind) and types.is_floating(kind.value_type))
+
+
 def _words(error: Exception) -> str:
-    return " ".join(str(error).split()) or type(error).__name__
+    return plain(error, _LONGEST_REASON) or type(error).__name__
 
 
 def _who(found: Finished) -> set[tuple[str, str]]:

@@ -15,16 +15,28 @@ Whatever kills a run, what is in its folder is whole and can be continued.
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import os
 import pathlib
 import sys
+import weakref
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.outside import LARGEST_JSON, parse_json, read_file
 from caregiver_mj.recording.record import COLUMNS
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]  # a module is no None
+try:
+    import msvcrt
+except ImportError:  # not Windows
+    msvcrt = None  # type: ignore[assignment]  # a module is no None
 
 if TYPE_CHECKING:
     import pandas as pd  # imported where used: workers do without
@@ -47,7 +59,7 @@ class RunFolder:
     """The results of one run.
 
     Attributes:
-        path: Where they are.
+        path: Where they are. No other process can open it meanwhile.
         extended_at: Numbers of episodes that the run has had before more were added.
     """
 
@@ -67,6 +79,7 @@ class RunFolder:
         record = self.path / "run.json"
         try:
             self._episodes.mkdir(parents=True, exist_ok=True)
+            self._lock = _lock(self.path)  # before anything is touched that another run may be writing
             for leftover in [*self.path.glob("*.tmp"), *self._episodes.glob("*.tmp")]:
                 leftover.unlink()
             write_whole(self._episodes / "probe.tmp", b"")
@@ -110,23 +123,14 @@ class RunFolder:
     def read(self, block: str) -> Result | None:
         """Return what a finished block came to, or None."""
         try:
-            result = read_json(self._file(block))
+            result = read_json(block_file(self.path, block))
         except (OSError, ValueError):
             return None
         return result if isinstance(result, dict) else None  # before there were maps, it was the rows alone
 
     def write(self, block: str, result: Result) -> None:
         """Put a finished block on disk at once."""
-        write_whole(self._file(block), _as_json(result, indent=None))
-
-    def _file(self, block: str) -> pathlib.Path:
-        block = block.replace("/", "%2F")  # of an address
-        if sys.platform == "win32":
-            block = block.replace(":", "%3A")  # which separates a stream from its file there
-        name = block.encode()
-        if len(name) > _LONGEST:
-            block = f"{name[:_LONGEST].decode(errors='ignore')}_{hashlib.sha256(name).hexdigest()[:16]}"
-        return self._episodes / f"{block}.json"
+        write_whole(block_file(self.path, block), _as_json(result, indent=None))
 
     def finish(self, episodes: pd.DataFrame, summary: dict[str, Any], maps: pd.DataFrame, houses: pd.DataFrame) -> None:
         """Write the results of the whole run; the summary comes last, for it says that the run is finished."""
@@ -136,12 +140,67 @@ class RunFolder:
         write_whole(self.path / "summary.json", _as_json(summary))
 
 
+def read_block(folder: pathlib.Path, block: str) -> Any:
+    """Return what is in the file of a block, for those who only read a run: they leave its folder as it is.
+
+    Raises:
+        OSError, ValueError: It is not there, or is no JSON.
+    """
+    return read_json(block_file(folder, block))
+
+
+def block_file(folder: pathlib.Path, block: str) -> pathlib.Path:
+    """Return where the results of a block are in the folder of a run."""
+    block = block.replace("/", "%2F")  # of an address
+    if sys.platform == "win32":
+        block = block.replace(":", "%3A")  # which separates a stream from its file there
+    name = block.encode()
+    if len(name) > _LONGEST:
+        block = f"{name[:_LONGEST].decode(errors='ignore')}_{hashlib.sha256(name).hexdigest()[:16]}"
+    return folder / "episodes" / f"{block}.json"
+
+
 def read_json(path: pathlib.Path) -> Any:
     """Read a file; whatever is wrong with what is in it is a ValueError."""
-    try:
-        return json.loads(path.read_text("utf-8"))
-    except RecursionError:
-        raise ValueError("too deeply nested") from None
+    return parse_json(read_file(path, LARGEST_JSON))
+
+
+class _Lock:
+    """Keeps other processes out of a folder, until it is gone."""
+
+    def __init__(self, folder: pathlib.Path):
+        """Take it.
+
+        Raises:
+            BlockingIOError: Another process has it.
+        """
+        self._file = open(folder / "episodes" / ".lock", "ab")  # noqa: SIM115 (open for as long as the lock is held)
+        try:
+            if fcntl:
+                fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            elif msvcrt:
+                msvcrt.locking(self._file.fileno(), msvcrt.LK_NBLCK, 1)
+        except OSError as error:
+            if error.errno in (errno.EWOULDBLOCK, errno.EACCES, errno.EDEADLK):
+                self._file.close()
+                raise BlockingIOError(errno.EWOULDBLOCK, "in use") from None
+            # Else of a file system that has no locks.
+
+
+_locks: weakref.WeakValueDictionary[pathlib.Path, _Lock] = weakref.WeakValueDictionary()  # of this process, by folder
+
+
+def _lock(folder: pathlib.Path) -> _Lock:
+    """Return this process's lock of a folder: it may have several runs of one folder open, which take turns."""
+    path = folder.resolve()
+    if (lock := _locks.get(path)) is None:
+        try:
+            lock = _locks[path] = _Lock(path)
+        except BlockingIOError:
+            raise CaregiverError(
+                f"output folder '{folder}' is in use by another process: wait until it ends, or take another folder"
+            ) from None
+    return lock
 
 
 def _schema(episodes: pd.DataFrame) -> pa.Schema:
