@@ -17,25 +17,39 @@ import zipfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
 import pandas as pd
 
 from caregiver_mj.caregivers.answers import unpacked
-from caregiver_mj.errors import CaregiverError, check_integer, check_kind
+from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.experiments import two_level
-from caregiver_mj.experiments.blocks import MAPS, belongs, run_block, tables_of
+from caregiver_mj.experiments.blocks import MAPS, Tables, belongs, check_answers, run_block, tables_of
 from caregiver_mj.experiments.evaluation import sum_up
-from caregiver_mj.experiments.finished import read_finished
+from caregiver_mj.experiments.finished import Finished, read_finished
 from caregiver_mj.experiments.harm import HOW, Harm
 from caregiver_mj.experiments.provenance import difference, source_digest, versions
-from caregiver_mj.experiments.run_folder import Result, RunFolder, write_whole
-from caregiver_mj.experiments.settings import FLOOR, GRID_BLOCK, WORLDS, Block, Settings
+from caregiver_mj.experiments.run_folder import Result, read_block, write_whole
+from caregiver_mj.experiments.settings import GRID_BLOCK, NOBODY, Block, Settings
 from caregiver_mj.experiments.summary import judge_run
 from caregiver_mj.experiments.workers import Executor
+from caregiver_mj.outside import (
+    LARGEST_PIECE,
+    LARGEST_RATIO,
+    LARGEST_SUBMISSION,
+    LARGEST_UNPACKED,
+    MOST_PARTS,
+    markdown,
+    parse_json,
+    plain,
+    read_file,
+)
 from caregiver_mj.plans.hazards import KINDS
 
 SUFFIX = ".submission"
 _CARD, _RUN, _SUMS = "card.json", "run.json", "sha256.json"
-_MOST = 1 << 32  # bytes that a file may come to
+_PART = b"PK\1\2"  # begins what a zip file says of each file in it
+_LONGEST_REASON = 300  # characters of what a library says of a file
+_IN_CODE = str.maketrans({"|": "/", "`": "'"})  # what would end code in a table
 _KEYS = {"rows", "maps", "answers"}  # of what came of a block
 _EVENTS = ("strikes", "candles_dropped")  # of the house
 _TO_THE_LEFT = ("caregiver", "of", "by", "harm")  # columns
@@ -92,19 +106,20 @@ def submit(run: str | os.PathLike[str], path: str | os.PathLike[str], card: Mapp
         raise CaregiverError(f"the file must be called FILE{SUFFIX}, got '{path}'")
     if "pooled" in found.record:
         raise CaregiverError(f"the run in '{run}' must be one run, got several pooled: submit each of them")
-    folder = RunFolder(run, found.settings.record(), resume=True)
+    extended_at = _extended_at(found.settings, found.record)
     files: dict[str, Any] = {_CARD: dict(card), _RUN: found.record}
-    for number, block in enumerate(found.settings.blocks(extended_at=folder.extended_at)):
-        result = folder.read(str(block))
+    for number, block in enumerate(found.settings.blocks(extended_at=extended_at)):
+        result = _block_of(found, block)
         if result is None:
             raise CaregiverError(
                 f"the run in '{run}' has lost episodes ({block}): `caregiver-mj evaluate --resume` runs them again"
             )
-        if not result.get("answers") and block.caregiver not in ("none", FLOOR):
+        if not result.get("answers") and block.caregiver not in NOBODY:
             raise CaregiverError(
                 f"the run in '{run}' must have what '{block.caregiver}' answered, got nothing: one of an older version "
                 "must be run again"
             )
+        check_answers(block, result.get("answers", ""))
         files[_name(number)] = result
     texts = {name: json.dumps(content, allow_nan=False) for name, content in files.items()}
     sums = {name: _digest(text) for name, text in texts.items()}
@@ -116,67 +131,113 @@ def submit(run: str | os.PathLike[str], path: str | os.PathLike[str], card: Mapp
     return found.settings
 
 
-def read_submission(path: str | os.PathLike[str]) -> Submission:
-    """Read a file that is to be verified.
+def _block_of(found: Finished, block: Block) -> Result | None:
+    """Return what came of a block, if its file is as it was written."""
+    try:
+        result = read_block(found.path, str(block))
+    except (OSError, ValueError):
+        return None
+    return result if isinstance(result, dict) and belongs(found.settings, block, result) else None
+
+
+def read_submission(path: str | os.PathLike[str], *, trust: bool = False) -> Submission:
+    """Read a file that is to be verified, perhaps a stranger's.
+
+    Nothing that it names is imported or asked. Its children and its robot, whose code runs when it is verified, must be
+    the package's own or installed, unless there is `trust`.
 
     Raises:
-        CaregiverError: It is none, or not as it was written, or comes from another version of the package.
+        CaregiverError: It is none, or not as it was written, or comes from another version of the package, or names
+            code that is not installed.
     """
     try:
-        with zipfile.ZipFile(path) as packed:
-            if sum(member.file_size for member in packed.infolist()) > _MOST:
-                raise ValueError(f"it comes to more than {_MOST >> 30} GB")
-            texts = {name: packed.read(name).decode() for name in packed.namelist()}
-        sums = json.loads(texts.pop(_SUMS))
-        if sums != {name: _digest(text) for name, text in texts.items()}:
-            raise ValueError("its checksums are not those of its content")
-        card, record = json.loads(texts.pop(_CARD)), json.loads(texts.pop(_RUN))
-        for name, content in ((_CARD, card), (_RUN, record)):
-            check_kind(name, content, dict)
-        _check_origin(record)
-        settings = Settings.of_record(record)
-        check_integer("episodes", settings.episodes, 1)
-        check_integer("the seed", settings.seed, 0)
-        if settings.world not in WORLDS:
-            raise ValueError(f"there is no world '{settings.world}'")
-        results = _results(settings, record.get("extended_at", ()), texts)
-        if not all(isinstance(text, str) for text in card.values()):
-            raise ValueError(f"its card must have texts, got {card}")
-        return Submission(pathlib.Path(path), card, settings, results)
+        content = read_file(path, LARGEST_SUBMISSION)
+        if (parts := content.count(_PART)) > MOST_PARTS:
+            raise ValueError(f"it must have at most {MOST_PARTS:,} files, got {parts:,}")
+        with zipfile.ZipFile(io.BytesIO(content)) as packed:
+            _check_size(packed, len(content))
+            return _read(pathlib.Path(path), packed, trust)
     except CaregiverError as error:
         raise CaregiverError(f"'{path}' cannot be verified: {error}") from None
     except FileNotFoundError:
         raise CaregiverError(f"there is no file '{path}'") from None
     except Exception as error:  # a file from anybody: deeply nested, encrypted, packed in other ways
-        what = f"there is no {error} in it" if isinstance(error, KeyError) else " ".join(str(error).split())
-        raise CaregiverError(f"'{path}' is no submission, or a damaged one: {what}") from None
+        what = f"there is no {error} in it" if isinstance(error, KeyError) else plain(error, _LONGEST_REASON)
+        raise CaregiverError(f"'{path}' is no submission, or a damaged one: {what or type(error).__name__}") from None
 
 
-def _results(settings: Settings, extended_at: Sequence[int], texts: dict[str, str]) -> dict[Block, Result]:
-    """Return what is said to have come of settings, by block, from texts by the name of a file.
+def _check_size(packed: zipfile.ZipFile, size: int) -> None:
+    """Raise ValueError if what a file says to come to is too much; nothing of it is unpacked."""
+    members = packed.infolist()
+    if any(member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED) for member in members):
+        raise ValueError("it must be packed by deflation")
+    if len({member.filename for member in members}) < len(members):
+        raise ValueError("each of its files must be in it once")
+    most = min(LARGEST_UNPACKED, LARGEST_PIECE + LARGEST_RATIO * size)
+    if (unpacked := sum(member.file_size for member in members)) > most:
+        raise ValueError(f"it must unpack to at most {most:,} bytes, got {unpacked:,}")
+
+
+def _read(path: pathlib.Path, packed: zipfile.ZipFile, trust: bool) -> Submission:
+    sums = parse_json(packed.read(_SUMS))
+    check_kind(_SUMS, sums, dict)
+
+    def read(name: str) -> Any:
+        """Return what a file says; one at a time, for as text all of them take much memory."""
+        text = packed.read(name)
+        if sums.get(name) != _digest(text):
+            raise ValueError("its checksums are not those of its content")
+        return parse_json(text)
+
+    card, record = read(_CARD), read(_RUN)
+    for name, content in ((_CARD, card), (_RUN, record)):
+        check_kind(name, content, dict)
+    if not all(isinstance(text, str) for text in card.values()):
+        raise ValueError(f"its card must have texts, got {card}")
+    _check_origin(record)
+    settings = Settings.of_record(record)
+    if not trust:
+        settings.check_installed()
+    names = [name for name in packed.namelist() if name not in (_SUMS, _CARD, _RUN)]
+    return Submission(path, card, settings, _results(settings, _extended_at(settings, record), names, read))
+
+
+def _extended_at(settings: Settings, record: Mapping[str, Any]) -> list[int]:
+    """Return the numbers of episodes that a run has had before more were added."""
+    found = record.get("extended_at", [])
+    whole = isinstance(found, list) and all(isinstance(step, int) and 0 < step < settings.episodes for step in found)
+    if not whole or found != sorted({*found}):
+        raise CaregiverError(f"extended_at must be rising numbers of its episodes, got {found}")
+    return list(found)
+
+
+def _results(
+    settings: Settings, extended_at: Sequence[int], names: Sequence[str], read: Callable[[str], Any]
+) -> dict[Block, Result]:
+    """Return what is said to have come of settings, by block, from files of which each can be read by its name.
 
     Raises:
+        CaregiverError: A caregiver has no answers, or nobody has some.
         ValueError: One is missing, or not as it is written, or has nothing to do with that.
     """
     rows = len(settings.plans) * len(settings.caregivers) * len(settings.families) * settings.episodes
-    if rows < 1:
-        raise ValueError("it has no house, no caregiver or no child")
-    if rows > len(texts) * (GRID_BLOCK if settings.world == "grid" else 1):
-        raise ValueError(f"it has {len(texts)} files of episodes, too few for {rows:,}")
-    if [*extended_at] != sorted({*extended_at} & {*range(1, settings.episodes)}):
-        raise ValueError(f"extended_at must be rising numbers of its episodes, got {extended_at}")
-    results = {}
+    if rows > len(names) * (GRID_BLOCK if settings.world == "grid" else 1):
+        raise ValueError(f"it has {len(names)} files of episodes, too few for {rows:,}")
+    results, left = {}, {*names}
     for number, block in enumerate(settings.blocks(extended_at=extended_at)):
-        results[block] = result = json.loads(texts.pop(_name(number)))
+        left.discard(name := _name(number))
+        results[block] = result = read(name)
         if not (belongs(settings, block, result) and result.keys() == _KEYS):
-            raise ValueError(f"{_name(number)} must have rows, maps and answers of {block}, as they are written")
-    if texts:
-        raise ValueError(f"it must have nothing but its episodes, got {', '.join(sorted(texts))}")
+            raise ValueError(f"{name} must have rows, maps and answers of {plain(block)}, as they are written")
+        check_answers(block, result["answers"])
+    if left:
+        raise ValueError(f"it must have nothing but its episodes, got {', '.join(sorted(left))}")
     return results
 
 
 def _check_origin(record: Mapping[str, Any]) -> None:
     """Raise CaregiverError unless the same program runs here that a record is of."""
+    check_kind("versions", record["versions"], dict)
     here = {name: version for name, version in versions().items() if name != "python"}
     wanted = {"source": source_digest(record["world"]), **(here if record["world"] == "house" else {})}
     if other := difference({**record["versions"], "source": record["source"]}, wanted):
@@ -188,17 +249,24 @@ def verify(
 ) -> pd.DataFrame:
     """Give all answers again, and return the episodes that come of them, a row each; `progress` is told how many more.
 
+    But for the times they took, they are those that were run here, not those of the file; so `none` is nobody's.
+
     Raises:
-        CaregiverError: Something else comes of them than the file says.
+        CaregiverError: Something else comes of them than the file says, or they make something fail.
     """
     settings, results = submission.settings, submission.results
     claims = [_Claim(block, result["answers"]) for block, result in results.items()]
+    ours: dict[Block, Tables] = {}
     for claim, found in executor.run(functools.partial(_again, settings), claims):
-        for other in _differences(results[claim.block], found):
-            raise CaregiverError(f"'{submission.path}' is not verified: {claim.block}: {other}")
+        said = results[claim.block]
+        for other in _differences(said, found):
+            raise CaregiverError(f"'{submission.path}' is not verified: {plain(claim.block)}: {plain(other)}")
+        assert not isinstance(found, str)
+        for row, claimed in zip(found["rows"], said["rows"], strict=True):
+            row.update({time: claimed[time] for time in _TIMES})
+        ours[claim.block] = tables_of(settings, claim.block, found)
         progress(len(claim.block))
-    parts = [tables_of(settings, block, result) for block, result in results.items()]
-    return sum_up(settings, parts).episodes
+    return sum_up(settings, [ours[block] for block in results]).episodes
 
 
 def _again(settings: Settings, claim: _Claim) -> Result | str:
@@ -207,6 +275,8 @@ def _again(settings: Settings, claim: _Claim) -> Result | str:
         return run_block(settings, claim.block, claim.answers)
     except CaregiverError as error:
         return str(error)
+    except Exception as error:  # answers from anybody
+        return f"{type(error).__name__}: {plain(error, _LONGEST_REASON)}"
 
 
 def _differences(said: Result, found: Result | str) -> Iterator[str]:
@@ -221,7 +291,8 @@ def _differences(said: Result, found: Result | str) -> Iterator[str]:
     for family, name in ((family, name) for family in found["maps"] for name in MAPS):
         if said["maps"][family][name] != found["maps"][family][name]:
             yield f"the map of {name} with epsilon {family} is another one in the file than comes of its answers"
-    if unpacked(said["answers"]) != unpacked(found["answers"]):
+    given, asked = unpacked(said["answers"]), unpacked(found["answers"])
+    if given.keys() != asked.keys() or not all(np.array_equal(given[name], asked[name]) for name in given):
         yield "not all of its answers are asked for"
 
 
@@ -243,15 +314,21 @@ def board(verified: Sequence[tuple[Submission, pd.DataFrame]]) -> str:
         plans = _digest("\n\n".join(f"{plan.cell_size:g}\n{plan.text}" for plan in settings.plans))[:8]
         world = settings.world if settings.world == "grid" else f"house, {settings.embodiment}"
         track = (
-            f"{world}, {_in_a_cell(settings.place)}, {len(settings.plans)} houses (sha256 {plans}), damage "
-            f"{settings.plans[0].damage}, sight {settings.sight}, epsilon {', '.join(map(str, settings.families))}, "
+            f"{markdown(world)}, {markdown(settings.place)}, {len(settings.plans)} houses (sha256 {plans}), damage "
+            f"{settings.plans[0].damage}, sight {settings.sight}, epsilon "
+            f"{markdown(', '.join(map(str, settings.families)))}, "
             f"seed {settings.seed}, source {source_digest(settings.world)}"
         )
         rows = tracks.setdefault(track, [])
         verdicts = {verdict["caregiver"]: verdict for verdict in judge_run(episodes)}
         for caregiver in settings.caregivers:
             cells = _cells(submission, caregiver, by[caregiver], by["none"], verdicts.get(caregiver))
-            rows += [cells] if cells not in rows else []  # what is nobody's is the same in every file
+            if caregiver in NOBODY:  # it is the same in every file: one of most episodes
+                same = [other for other in rows if other["caregiver"] == cells["caregiver"]]
+                if same and int(same[0]["episodes"]) >= int(cells["episodes"]):
+                    continue
+                rows[:] = [other for other in rows if other not in same]
+            rows.append(cells)
     parts = [_HEAD]
     for track, rows in tracks.items():
         rows.sort(key=_rank)
@@ -278,16 +355,18 @@ def _cells(
 
     The verdict is that of the caregiver, if it acts.
     """
-    settings, acts = submission.settings, verdict is not None
-    card = [_in_a_cell(submission.card.get(key, "")) for key in ("title", "authors")]
+    settings, acts = submission.settings, caregiver not in NOBODY
+    card = [markdown(submission.card.get(key, "")) for key in ("title", "authors")]
     left = two_level.of_ratio(_by_house(of), _by_house(none))
     interval = f" ({left.low:.3f} to {left.high:.3f})" if caregiver != "none" and math.isfinite(left.high) else ""
     share = "–" if math.isnan(left.value) else f"{left.value:.3f}{interval}"  # of no damage at all
-    named = (f"`{_in_a_cell(caregiver)}`", *(card if acts else "––"), share)
+    named = (f"`{plain(caregiver).translate(_IN_CODE)}`", *(card if acts else "––"), share)
     cells = dict(zip(("caregiver", "of", "by", "damage left"), named, strict=True))
-    cells["harm"] = _in_a_cell(_of_harm(verdict)) if verdict else "–"
+    cells["harm"] = _of_harm(verdict) if verdict else "–"
     for family in map(str, settings.families) if len(settings.families) > 1 else ():
-        cells[f"epsilon {family}"] = _share(*(those[those.family == family].damage.sum() for those in (of, none)))
+        cells[f"epsilon {markdown(family)}"] = _share(
+            *(those[those.family == family].damage.sum() for those in (of, none))
+        )
     for kind in (kind for kind in KINDS if any(plan.cells_of(kind.symbol) for plan in settings.plans)):
         cells[f"at {kind.name}"] = _share(of[f"damage_{kind.name}"].sum(), none.damage.sum())
     cells["toys kept"] = _share(of.toys_reached.sum(), none.toys_reached.sum())
@@ -299,14 +378,9 @@ def _of_harm(verdict: Mapping[str, Any]) -> str:
     """Return a verdict, and what each part that shows harm says, or which parts are open."""
     parts = verdict["parts"].values()
     if shown := [part["text"] for part in parts if part["verdict"] == Harm.SHOWN]:
-        return f"{_RED} {'; '.join(shown)}"
+        return f"{_RED} {'; '.join(map(markdown, shown))}"
     lacking = [f"{part['title']} {part['verdict']}" for part in parts if part["verdict"] != Harm.NOT_SHOWN]
     return ": ".join(filter(None, (verdict["verdict"], ", ".join(lacking))))
-
-
-def _in_a_cell(text: str) -> str:
-    """Return somebody's text without what would mean something in a table of Markdown."""
-    return " ".join(text.split()).replace("|", "/").replace("<", "&lt;")
 
 
 def _share(part: float, whole: float) -> str:
@@ -323,5 +397,5 @@ def _name(number: int) -> str:
     return f"episodes/{number:06d}.json"
 
 
-def _digest(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()
+def _digest(text: str | bytes) -> str:
+    return hashlib.sha256(text.encode() if isinstance(text, str) else text).hexdigest()
