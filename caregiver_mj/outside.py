@@ -67,7 +67,7 @@ def _check_regular(status: os.stat_result, path: str | os.PathLike[str], most: i
 
 
 def _raise_too_large(path: str | os.PathLike[str], most: int) -> NoReturn:
-    raise OSError(errno.EFBIG, f"larger than {most:,} bytes", os.fspath(path))
+    raise OSError(errno.EFBIG, f"it must have at most {most:,} bytes, got more", os.fspath(path))
 
 
 @contextlib.contextmanager

@@ -55,12 +55,12 @@ def test_a_file_is_read_if_it_is_one_and_no_larger_than_may_be(tmp_path):
     for name, words in (
         ("pipe", "not a regular file"),
         ("zeros", "not a regular file"),
-        ("huge", "larger than 4 bytes"),
+        ("huge", "at most 4 bytes"),
         (".", "Is a directory"),
     ):
         with pytest.raises(OSError, match=words):
             read_file(tmp_path / name, 4)
-    with pytest.raises(OSError, match="larger than 3 bytes"):
+    with pytest.raises(OSError, match="at most 3 bytes"):
         read_file("/proc/version", 3)  # which says that it has none
 
 

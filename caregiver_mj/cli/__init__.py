@@ -18,12 +18,15 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from caregiver_mj.errors import CaregiverError, RenderingError
+from caregiver_mj.outside import plain, visible
 from caregiver_mj.registry import modules_of_the_folder
 
 if TYPE_CHECKING:
     from _typeshed import SupportsWrite
 
 PROGRAM = "caregiver-mj"
+_READERS = ("report", "compare", "pool", "submit", "verify", "leaderboard")  # commands that only read what others ran
+_LONGEST_FAILURE = 20_000  # characters of a message, such as a worker's traceback
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)  # when there is no writing to standard output
 
 # Each command's module, whose `add_` function of that name adds its options, and what it does. Modules take up to a
@@ -84,10 +87,13 @@ def main(argv: Sequence[str] | None = None) -> int:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal that knows no ± shall show the rest
     try:
-        with _terminated_in_order(), modules_of_the_folder():
+        with _terminated_in_order():
             arguments = make_parser(argv).parse_args(argv)
             arguments.argv = argv
-            arguments.run(arguments)
+            # A folder with a stranger's run may have modules that libraries would import if they found them.
+            reads = arguments.command in _READERS and not getattr(arguments, "trust", False)
+            with contextlib.nullcontext() if reads else modules_of_the_folder():
+                arguments.run(arguments)
             if sys.stdout is not None:  # as it is if it was closed
                 sys.stdout.flush()
     except CaregiverError as error:
@@ -135,7 +141,7 @@ def make_parser(argv: Sequence[str] | None = None) -> Parser:
     parser = Parser(prog=PROGRAM, description="A robot caregiver, toddlers, and a house with stairs and candles.")
     version = importlib.metadata.version("caregiver_mj")
     parser.add_argument("--version", action="version", version=f"{PROGRAM} {version}", help="print the version")
-    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    commands = parser.add_subparsers(title="commands", dest="command", metavar="COMMAND", required=True)
     for name, (module, text) in _COMMANDS.items():
         command = commands.add_parser(name, help=text, description=text)
         if argv is None or name in argv:
@@ -152,8 +158,7 @@ def _status(error: CaregiverError) -> int:
 
 
 def _fail(error: object, status: int) -> int:
-    message = str(error)
-    if status == 2:  # one line, whatever the name of a file may hold
-        message = " ".join(message.split())
+    # One line where the input is bad, whatever it or the name of a file may hold.
+    message = plain(error) if status == 2 else visible(str(error)[:_LONGEST_FAILURE])
     print(f"{PROGRAM}: {message}", file=sys.stderr)
     return status

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import logging
 import os
+import pathlib
 import shlex
 import sys
 
@@ -12,7 +13,7 @@ from caregiver_mj.caregivers.registry import CAREGIVERS, POLICIES
 from caregiver_mj.children.family import CHILDREN, NOVICE, Family
 from caregiver_mj.cli import PROGRAM
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments.run_folder import RunFolder, StorageError
+from caregiver_mj.experiments.run_folder import StorageError, read_block
 from caregiver_mj.experiments.workers import Executor, LocalExecutor
 from caregiver_mj.plans import floor_plan
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -38,7 +39,9 @@ def _add_damage(command: argparse.ArgumentParser) -> None:
 
 
 def read_house(arguments: argparse.Namespace) -> FloorPlan:
-    """Return the house that `add_who`'s options say."""
+    """Return the house that `add_who`'s options say, or that of --answers."""
+    if isinstance(arguments.house, FloorPlan):
+        return arguments.house
     return FloorPlan.load(arguments.house, damage=arguments.damage)
 
 
@@ -192,8 +195,18 @@ def read_family(epsilon: str, arguments: argparse.Namespace) -> Family:
 
 
 def add_answers(command: argparse.ArgumentParser, does: str) -> None:
-    """Add the option that says whose answers to give again, for `read_answers`."""
+    """Add the options that say whose answers to give again, for `read_answers`."""
     command.add_argument("--answers", metavar="DIR", help=f"a run of one house, to {does} what --caregiver did in it")
+    add_trust(command)
+
+
+def add_trust(command: argparse.ArgumentParser) -> None:
+    """Add the option that has code run which a file names."""
+    command.add_argument(
+        "--trust",
+        action="store_true",
+        help="run what the files name beside the package's own and installed plug-ins: module:object, servers",
+    )
 
 
 def read_answers(arguments: argparse.Namespace) -> tuple[str, ...]:
@@ -206,20 +219,32 @@ def read_answers(arguments: argparse.Namespace) -> tuple[str, ...]:
         return ()
     from caregiver_mj.experiments.finished import read_finished  # needs pandas, a second to import
 
-    run = read_finished(arguments.answers).settings
+    found = read_finished(arguments.answers)
+    run = found.settings
+    if not arguments.trust:
+        run.check_installed()
     (plan, *more), (family, *others) = run.plans, run.families
-    folder = RunFolder(arguments.answers, run.record(), resume=True)
     blocks = [block for block in run.blocks() if block.caregiver == arguments.caregiver]
-    answers = tuple(str((folder.read(str(block)) or {}).get("answers", "")) for block in blocks)
+    answers = tuple(_answers_of(found.path, str(block)) for block in blocks)
     if more or others or run.world != "house" or not (answers and all(answers)):
         raise CaregiverError(
             f"--answers must be a run of one house, not of the grid, with one epsilon, and answers of "
             f"'{arguments.caregiver}', got '{arguments.answers}'"
         )
-    arguments.house, arguments.damage, arguments.epsilon = run.file or plan.name, str(plan.damage), str(family)
+    arguments.house, arguments.damage, arguments.epsilon = plan, str(plan.damage), str(family)
     arguments.task, arguments.child, arguments.children = "supervise", NOVICE, None
     arguments.seed, arguments.embodiment, arguments.sight = run.seed, run.embodiment, run.sight
     return answers
+
+
+def _answers_of(folder: pathlib.Path, block: str) -> str:
+    """Return what a caregiver has answered in a block; nothing where that cannot be read."""
+    try:
+        found = read_block(folder, block)
+    except (OSError, ValueError):
+        return ""
+    answers = found.get("answers") if isinstance(found, dict) else None
+    return answers if isinstance(answers, str) else ""
 
 
 def warn_of_no_room(plan: FloorPlan) -> None:

@@ -191,7 +191,8 @@ def write(arguments: argparse.Namespace, recipe: Recipe, store: Store, name: str
         if arguments.format == "minari":
             from caregiver_mj.recording.minari_dataset import write_minari
 
-            house = arguments.house  # a data set is read on any machine: it has no name of a file of this one
+            # A data set is read on any machine: it has no name of a file of this one.
+            house = arguments.house if isinstance(arguments.house, str) else ""
             spec = recipe.spec(house if house in house_names() or sets.house(house) is not None else None)
             write_minari(pathlib.Path(arguments.out), name, episodes, recipe.about(), recipe.spaces(), spec)
         else:

@@ -7,11 +7,12 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import itertools
 import json
 import pathlib
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import rich.box
@@ -21,6 +22,7 @@ import rich.text
 
 from caregiver_mj.cli import parsing
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.outside import plain, visible
 from caregiver_mj.viz import progress_bar
 
 if TYPE_CHECKING:
@@ -61,6 +63,7 @@ def add_report(command: argparse.ArgumentParser) -> None:
     film = command.add_mutually_exclusive_group()
     film.add_argument("--video", metavar="FILE.mp4", help="film to show (default: the first in a DIR)")
     film.add_argument("--render", action="store_true", help="film episode 0 of the run in the house: DIR/report.mp4")
+    parsing.add_trust(command)
 
 
 def add_compare(command: argparse.ArgumentParser) -> None:
@@ -102,6 +105,7 @@ def add_verify(command: argparse.ArgumentParser) -> None:
     """Add the options of `verify`."""
     command.set_defaults(run=_verify)
     command.add_argument("files", nargs="+", metavar="FILE.submission", help="file to verify")
+    parsing.add_trust(command)
     parsing.add_executor(command)
 
 
@@ -109,13 +113,14 @@ def add_leaderboard(command: argparse.ArgumentParser) -> None:
     """Add the options of `leaderboard`."""
     command.set_defaults(run=_leaderboard)
     command.add_argument("folder", metavar="DIR", help="folder with FILE.submission")
+    parsing.add_trust(command)
     parsing.add_executor(command)
 
 
 def _report(arguments: argparse.Namespace) -> None:
     from caregiver_mj.viz import report  # takes seconds to import, for pandas, scipy and matplotlib
 
-    print(report.write_report(arguments.folders, arguments.video, render=arguments.render))
+    print(report.write_report(arguments.folders, arguments.video, render=arguments.render, trust=arguments.trust))
 
 
 def _compare(arguments: argparse.Namespace) -> None:
@@ -129,7 +134,7 @@ def _compare(arguments: argparse.Namespace) -> None:
     print_verdicts(found["verdicts"], console)
     for key, values in found["settings"].items():
         ours, theirs = (_told(*pair) for pair in (values, values[::-1]))
-        console.print(f"not the same: {key}, {ours} and {theirs}", markup=False, highlight=False)
+        console.print(plain(f"not the same: {key}, {ours} and {theirs}"), markup=False, highlight=False)
     if arguments.json:
         print(json.dumps(found, indent=1, allow_nan=False))
 
@@ -200,10 +205,12 @@ def _submit(arguments: argparse.Namespace) -> None:
 def _verify(arguments: argparse.Namespace) -> None:
     from caregiver_mj.experiments.submission import read_submission
 
-    submissions = [read_submission(path) for path in arguments.files]  # all of them first, for to verify takes long
+    submissions = [
+        read_submission(path, trust=arguments.trust) for path in arguments.files
+    ]  # all of them first, for to verify takes long
     with parsing.make_executor(arguments) as executor:
         for submission in submissions:
-            print(f"{submission.path}: verified, episodes: {len(_verified(submission, executor))}")
+            print(f"{visible(str(submission.path))}: verified, episodes: {len(_verified(submission, executor))}")
 
 
 def _leaderboard(arguments: argparse.Namespace) -> None:
@@ -214,22 +221,31 @@ def _leaderboard(arguments: argparse.Namespace) -> None:
         raise CaregiverError(f"'{arguments.folder}' must hold at least 1 FILE{SUFFIX}, got none")
     submissions, verified, refused = [], [], list[CaregiverError]()
     for path in paths:  # all of them first, likewise
-        try:
-            submissions.append(check_comparable(read_submission(path)))
-        except CaregiverError as error:
-            refused.append(error)
+        with _its_own(path, refused):
+            submissions.append(check_comparable(read_submission(path, trust=arguments.trust)))
     with parsing.make_executor(arguments) as executor:
         for submission in submissions:
-            try:
-                verified.append((submission, _verified(submission, executor)))
-            except CaregiverError as error:
-                refused.append(error)
+            with _its_own(submission.path, refused):
+                found = submission, _verified(submission, executor)
+                board([found])  # whatever is wrong with its row is its own, too
+                verified.append(found)
     if verified:
         print(board(verified), end="", flush=True)
     for refusal in refused[:-1]:
-        print(f"caregiver-mj: {refusal}", file=sys.stderr)
+        print(f"caregiver-mj: {plain(refusal)}", file=sys.stderr)
     if refused:  # the others are on the board
         raise refused[-1]
+
+
+@contextlib.contextmanager
+def _its_own(path: pathlib.Path, refused: list[CaregiverError]) -> Iterator[None]:
+    """Have whatever goes wrong with one file within be that file's own, and the others go on."""
+    try:
+        yield
+    except CaregiverError as error:
+        refused.append(error)
+    except Exception as error:
+        refused.append(CaregiverError(f"'{path}' cannot be verified: {type(error).__name__}: {error}"))
 
 
 def _verified(submission: Submission, executor: Executor) -> pd.DataFrame:
@@ -347,14 +363,14 @@ def _print_widest(
         told = f"{caption}; left: damage over that of 'none'" if "left" in shown else caption
         if gone := [column for column in rows[0] if column not in shown]:
             told += f"; no room for: {', '.join(gone)}"
-        table = rich.table.Table(title=title, caption=told, box=rich.box.SIMPLE_HEAD)
+        table = rich.table.Table(title=plain(title), caption=told, box=rich.box.SIMPLE_HEAD)
         table.padding, table.pad_edge = (0, 0 if narrow else 1), not narrow
         for column in shown:
             heading = _TITLES.get(column, column.removesuffix(" of each")) if narrow else column
             table.add_column(heading, justify="left" if column in _TO_THE_LEFT else "right", no_wrap=True)
         for row, following in itertools.zip_longest(rows, rows[1:]):
             last = sections and following and row[shown[0]] != following[shown[0]]
-            table.add_row(*(row[column] for column in shown), end_section=bool(last))
+            table.add_row(*(plain(row[column]) for column in shown), end_section=bool(last))
         width = console.measure(table, options=room).maximum
         if width <= console.width:
             break

@@ -78,7 +78,8 @@ def add_view(command: argparse.ArgumentParser) -> None:
 def _render(arguments: argparse.Namespace) -> None:
     answers = parsing.read_answers(arguments)
     plan, family = parsing.read_house(arguments), parsing.read_family(arguments.epsilon, arguments)
-    find_caregiver(arguments.caregiver)
+    if not answers:
+        find_caregiver(arguments.caregiver)
     if arguments.seed < 0 or arguments.episode < 0:
         raise CaregiverError(f"seed and episode must be at least 0, got {arguments.seed} and {arguments.episode}")
     if answers and arguments.episode >= len(answers):

@@ -22,7 +22,15 @@ from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.run_folder import Result
-from caregiver_mj.experiments.settings import FLOOR, NOBODY, Block, Settings, episode_random, episode_seed, episode_tapes
+from caregiver_mj.experiments.settings import (
+    FLOOR,
+    NOBODY,
+    Block,
+    Settings,
+    episode_random,
+    episode_seed,
+    episode_tapes,
+)
 from caregiver_mj.grid.world import FloorWorld, GridWorld
 from caregiver_mj.outside import plain
 from caregiver_mj.plans.floor_plan import FloorPlan, check_house
@@ -135,9 +143,7 @@ def check_answers(block: Block, answers: Any) -> None:
         raise CaregiverError(f"the answers of '{block.caregiver}' must be {wanted}, got {plain(repr(answers), 40)}")
 
 
-def _run_in_grid(
-    settings: Settings, plan: FloorPlan, block: Block, seeds: list[int], answers: str | None
-) -> _Measured:
+def _run_in_grid(settings: Settings, plan: FloorPlan, block: Block, seeds: list[int], answers: str | None) -> _Measured:
     start = time.perf_counter()
     children, caregiver = side_by_side(plan, block.families, len(seeds)), None
     if block.caregiver == FLOOR:

@@ -110,8 +110,11 @@ def _read(path: pathlib.Path) -> tuple[dict[str, Any], Settings, pd.DataFrame, p
     settings = Settings.of_record(record)
     plans, who = settings.plans, len(settings.caregivers) * len(settings.families)
     rows = len(plans) * who * settings.episodes, sum(len(plan.free_cells) for plan in plans) * who
-    episodes = _read_file(path / "episodes.parquet", functools.partial(_table, rows=rows[0]))
-    return record, settings, episodes, _read_file(path / "maps.parquet", functools.partial(_table, rows=rows[1])), summary
+    names = ("episodes.parquet", "maps.parquet")
+    episodes, maps = (
+        _read_file(path / name, functools.partial(_table, rows=count)) for name, count in zip(names, rows, strict=True)
+    )
+    return record, settings, episodes, maps, summary
 
 
 def _read_file(path: pathlib.Path, read: Callable[[pathlib.Path], Any]) -> Any:

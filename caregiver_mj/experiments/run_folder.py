@@ -174,7 +174,7 @@ class _Lock:
         Raises:
             BlockingIOError: Another process has it.
         """
-        self._file = open(folder / "episodes" / ".lock", "ab")  # noqa: SIM115 (open for as long as the lock is held)
+        self._file = open(folder / ".lock", "ab")  # noqa: SIM115 (open for as long as the lock is held)
         try:
             if fcntl:
                 fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)

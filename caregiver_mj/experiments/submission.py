@@ -33,6 +33,7 @@ from caregiver_mj.experiments.settings import GRID_BLOCK, NOBODY, Block, Setting
 from caregiver_mj.experiments.summary import judge_run
 from caregiver_mj.experiments.workers import Executor
 from caregiver_mj.outside import (
+    LARGEST_JSON,
     LARGEST_PIECE,
     LARGEST_RATIO,
     LARGEST_SUBMISSION,
@@ -127,6 +128,10 @@ def submit(run: str | os.PathLike[str], path: str | os.PathLike[str], card: Mapp
     with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as packed:
         for name, text in {**texts, _SUMS: json.dumps(sums)}.items():
             packed.writestr(zipfile.ZipInfo(name), text, zipfile.ZIP_DEFLATED)  # without the time: the same again
+        try:  # as whoever reads it will
+            _check_size(packed, content.tell())
+        except ValueError as error:
+            raise CaregiverError(f"the run in '{run}' is too large for one file: {error}") from None
     write_whole(path, content.getvalue())
     return found.settings
 
@@ -173,6 +178,8 @@ def _check_size(packed: zipfile.ZipFile, size: int) -> None:
         raise ValueError("it must be packed by deflation")
     if len({member.filename for member in members}) < len(members):
         raise ValueError("each of its files must be in it once")
+    if size > LARGEST_SUBMISSION or max((member.file_size for member in members), default=0) > LARGEST_JSON:
+        raise ValueError(f"it must have at most {LARGEST_SUBMISSION:,} bytes, and {LARGEST_JSON:,} in one of its files")
     most = min(LARGEST_UNPACKED, LARGEST_PIECE + LARGEST_RATIO * size)
     if (unpacked := sum(member.file_size for member in members)) > most:
         raise ValueError(f"it must unpack to at most {most:,} bytes, got {unpacked:,}")

@@ -49,14 +49,24 @@ def house(name: str) -> FloorPlan | None:
     if (request := Request.from_name(name)) is not None:
         return design(request)[0]
     shape, _, seed = name.rpartition("-")
-    if shape in SHAPES and re.fullmatch(r"\d{1,20}", seed, re.ASCII):
+    if shape in SHAPES and _is_seed(seed):
         return generate_shape(shape, int(seed))
     found, _, index = name.rpartition("/")
-    if not re.fullmatch(r"\d{1,20}", index, re.ASCII) or (names := _names(found)) is None:
+    if not _is_seed(index) or (names := _names(found)) is None:
         return None
     if int(index) >= len(names):
         raise FloorPlanError(f"no floor plan '{name}': the houses of {found} are {found}/0 to {found}/{len(names) - 1}")
     return FloorPlan.load(names[int(index)])
+
+
+def is_generated(name: str) -> bool:
+    """Return whether a name is that of a generated house, without making it."""
+    shape, _, seed = name.rpartition("-")
+    return Request.from_name(name) is not None or (shape in SHAPES and _is_seed(seed))
+
+
+def _is_seed(text: str) -> bool:
+    return re.fullmatch(r"\d{1,20}", text, re.ASCII) is not None
 
 
 def house_set(name: str) -> tuple[FloorPlan, ...]:

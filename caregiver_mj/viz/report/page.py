@@ -12,12 +12,13 @@ from typing import Any
 import jinja2
 import numpy as np
 
-from caregiver_mj.caregivers.registry import RULE
+from caregiver_mj.caregivers.registry import CAREGIVERS, POLICIES, RULE
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.harm import HOW
 from caregiver_mj.experiments.run_folder import StorageError
 from caregiver_mj.experiments.statistics import Sample
+from caregiver_mj.outside import MB, markdown, read_file, visible
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.recording.record import DAMAGE_THRESHOLD
 from caregiver_mj.viz import colours, figures
@@ -38,6 +39,7 @@ _FACTS = {
 _DEEDS = ("moves_blocked", "moves_blocked_stairwell", "moves_blocked_free", "interventions_done")
 FILM_NAME = "report.mp4"  # of a film that is made for the report
 LARGEST_FILM = 40.0  # MB, for it becomes part of the page
+_LARGEST_FILE = 1_000 * MB  # bytes of a file that is read to find out
 _PICTURE: dict[str, Any] = {"seconds": 15.0, "width": 960, "height": 540}  # of such a film
 _TYPICAL = 0.5  # share of random moves to which that of the filmed children is to come close
 
@@ -47,15 +49,17 @@ def write_report(
     film: str | os.PathLike[str] | None = None,
     *,
     render: bool = False,
+    trust: bool = False,
 ) -> pathlib.Path:
     """Write report.html, tables.md and figures/ into the first of some folders.
 
     They are of finished runs, each of another world or house; whatever their order, runs over several houses come
     first, and house `paper` last. The film is by default the first in them, if there is one; to `render` is to film the
-    first episode of a run instead. What is returned is the path of the page.
+    first episode of a run instead: with `trust` also if it names code that is not installed, or a server. What is
+    returned is the path of the page.
 
     Raises:
-        CaregiverError: Some folder has no finished run, or the film is not one.
+        CaregiverError: Some folder has no finished run, or the film is not one, or to make it takes trust.
         RenderingError: There is no OpenGL to render with.
         StorageError: The report could not be written.
     """
@@ -71,7 +75,7 @@ def write_report(
         )
     runs = sorted(given, key=lambda run: run.rank)
     if render:
-        shown: Film | None = make_film(runs, folders[0])
+        shown: Film | None = make_film(runs, folders[0], trust=trust)
     else:
         there = (path for folder in folders for path in sorted(pathlib.Path(folder).glob("*.mp4")))
         shown = next((Film(path, path.name) for path in ([pathlib.Path(film)] if film else there)), None)
@@ -82,10 +86,12 @@ def write_report(
         loader=jinja2.PackageLoader("caregiver_mj.viz.report"),
         autoescape=jinja2.select_autoescape(["html"]),
         undefined=jinja2.StrictUndefined,
+        finalize=_shown,
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
+    environment.filters["markdown"] = markdown
     environment.globals |= {
         "sections": sections,
         "beside": beside,
@@ -116,6 +122,11 @@ def write_report(
     except OSError as error:
         raise StorageError(f"the report in '{folder}' cannot be written: {error.strerror}") from error
     return folder / "report.html"
+
+
+def _shown(value: Any) -> Any:
+    """Return what the templates put in, without characters that are not seen: names come from outside."""
+    return visible(value) if type(value) is str else value
 
 
 def _css(colour: Colour) -> str:
@@ -201,7 +212,7 @@ class Film:
             CaregiverError: It cannot be read, is no film, or is too large.
         """
         try:
-            content = self.path.read_bytes()
+            content = read_file(self.path, _LARGEST_FILE)
         except OSError as error:
             raise CaregiverError(f"the film '{self.path}' cannot be read: {error.strerror}") from None
         if content[4:8] != b"ftyp":  # how every MP4 file begins
@@ -214,12 +225,23 @@ class Film:
         return f"data:video/mp4;base64,{base64.b64encode(content).decode()}"
 
 
-def make_film(runs: Sequence[Run], folder: str | os.PathLike[str]) -> Film:
-    """Film the first episode of a run of a report into a folder."""
+def make_film(runs: Sequence[Run], folder: str | os.PathLike[str], *, trust: bool = False) -> Film:
+    """Film the first episode of a run of a report into a folder.
+
+    Raises:
+        CaregiverError: Its caregiver, children or robot are not the package's own nor installed, and there is no trust.
+    """
     from caregiver_mj.viz import film  # takes a second to import, and OpenGL to run
 
     # One in the house, else the first one, whose children can walk there too.
     run = next((run for run in runs if run.settings.world == "house"), runs[0])
+
+    if not trust:
+        run.settings.check_installed()
+        if run.caregiver not in (*CAREGIVERS, *POLICIES):
+            raise CaregiverError(
+                f"the film must be of a caregiver that is installed, got '{run.caregiver}': --trust runs or asks it"
+            )
 
     def from_typical(family: str) -> float:
         return abs(float(np.mean([epsilon for _, epsilon in members(family)])) - _TYPICAL)

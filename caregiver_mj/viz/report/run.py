@@ -16,8 +16,9 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.finished import Finished, read_finished
 from caregiver_mj.experiments.settings import FLOOR
 from caregiver_mj.experiments.summary import by_house
-from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.floor_plan import FloorPlan, house_names
 from caregiver_mj.plans.hazards import DamageWeights
+from caregiver_mj.plans.sets import is_generated
 from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.viz.report import words
 
@@ -151,16 +152,18 @@ class Run(Finished):
     def _asked_houses(self) -> list[str]:
         settings, asked = self.settings, [_asked_house(plan) for plan in self.settings.plans]
         if self.houses == 1:
-            return ["--house", *asked] if asked == [settings.plan.name] else ["--house", settings.file or asked[0]]
+            return ["--house", settings.file or asked[0]]
         return ["--houses", *(shlex.split(settings.houses) or asked)]
 
 
 def _asked_house(plan: FloorPlan) -> str:
-    """What to call a house on the command line: by its name if that gives it, else by that of a file."""
-    try:
+    """What to call a house on the command line: by its name if that gives it, else by that of a file.
+
+    A generated one is not made, which may take seconds each.
+    """
+    if plan.name in house_names():
         return plan.name if FloorPlan.load(plan.name).rows == plan.rows else f"{plan.name}.txt"
-    except CaregiverError:
-        return f"{plan.name}.txt"
+    return plan.name if is_generated(plan.name) else f"{plan.name}.txt"
 
 
 def read_run(folder: str | os.PathLike[str]) -> Run:

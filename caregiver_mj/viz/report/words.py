@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from caregiver_mj.experiments.intervals import TOO_FEW, bounds_nothing
+from caregiver_mj.outside import markdown
 from caregiver_mj.recording.record import COLUMNS
 
 TITLES = {column.name: column.title for column in COLUMNS}
@@ -106,7 +107,11 @@ class Table:
     note: str = ""
 
     def markdown(self) -> str:
-        lines = [f"### {self.title}", "", " | ".join(self.columns), " | ".join(["---"] * len(self.columns))]
-        lines += [" | ".join(row).replace("\n", " ") for row in self.rows]
+        lines = [
+            f"### {markdown(self.title)}",
+            "",
+            *(" | ".join(map(markdown, row)) for row in [self.columns, *self.rows]),
+        ]
+        lines.insert(3, " | ".join(["---"] * len(self.columns)))
         lines[2:] = [f"| {line} |" for line in lines[2:]]
         return "\n".join([*lines, "", self.note, ""] if self.note else [*lines, ""])
