@@ -29,14 +29,10 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.outside import LARGEST_JSON, parse_json, read_file
 from caregiver_mj.recording.record import COLUMNS
 
-try:
-    import fcntl
-except ImportError:  # Windows
-    fcntl = None  # type: ignore[assignment]  # a module is no None
-try:
+if sys.platform == "win32":
     import msvcrt
-except ImportError:  # not Windows
-    msvcrt = None  # type: ignore[assignment]  # a module is no None
+else:
+    import fcntl
 
 if TYPE_CHECKING:
     import pandas as pd  # imported where used: workers do without
@@ -176,10 +172,10 @@ class _Lock:
         """
         self._file = open(folder / ".lock", "ab")  # noqa: SIM115 (open for as long as the lock is held)
         try:
-            if fcntl:
-                fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            elif msvcrt:
+            if sys.platform == "win32":
                 msvcrt.locking(self._file.fileno(), msvcrt.LK_NBLCK, 1)
+            else:
+                fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
             if error.errno in (errno.EWOULDBLOCK, errno.EACCES, errno.EDEADLK):
                 self._file.close()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from numbers import Integral, Real
 from typing import Any
 
@@ -171,7 +171,7 @@ class Settings:
 
         A caregiver may be any, for its answers are given again.
         """
-        names = [("child", CHILDREN, name) for name in self._behaviours()]
+        names: list[tuple[str, Mapping[str, Any], str]] = [("child", CHILDREN, name) for name in self._behaviours()]
         if self.world == "house":
             from caregiver_mj.robot.embodiments import EMBODIMENTS  # here, for the grid does without MuJoCo
 

@@ -1,0 +1,180 @@
+"""Reads mutated files in a process that may not import anybody's code, open sockets or start processes."""
+
+import base64
+import contextlib
+import copy
+import hashlib
+import io
+import json
+import os
+import pathlib
+import random
+import resource
+import shutil
+import sys
+import time
+import zipfile
+
+import pandas as pd
+
+from caregiver_mj import cli
+
+READER, COUNT, GIVEN, SCRATCH = sys.argv[1], int(sys.argv[2]), pathlib.Path(sys.argv[3]), pathlib.Path(sys.argv[4])
+ODD = [
+    None,
+    True,
+    -1,
+    0,
+    5,
+    10**18,
+    10**400,
+    1e308,
+    float("nan"),
+    float("inf"),
+    "",
+    "\x1b[31m\u202e",
+    "x" * 10**5,
+    [],
+    {},
+]
+ODD += [
+    "antigravity:x",
+    "os:abort",
+    "http://127.0.0.1:9/x",
+    "chat:X",
+    "[/foo]",
+    "venv.__main__:x:0.5",
+    "](javascript:a)",
+    "$\\frac{$",
+]
+ODD += [[[[[]]]], {"a": [{}]}, ["none"], "none", "floor", "house", "grid", "../../etc/passwd", "/dev/zero", "1" * 5000]
+SEEN = []
+FORBIDDEN = ("socket.", "subprocess.Popen", "os.exec", "os.system", "os.posix_spawn", "os.fork")
+ROOTS = {
+    pathlib.Path(sys.prefix).resolve(),
+    pathlib.Path(sys.base_prefix).resolve(),
+    pathlib.Path(cli.__file__).parents[2],
+}
+STRANGE = ("antigravity", "venv", "http.server", "this")
+
+
+def watch(event, arguments):
+    if event.startswith(FORBIDDEN):
+        SEEN.append(f"{event} {arguments!r}"[:100])
+    elif event == "import" and str(arguments[0]) in STRANGE:
+        SEEN.append(f"import {arguments[0]}")
+    elif event == "open" and isinstance(arguments[0], str) and arguments[1] and set("wax+") & set(str(arguments[1])):
+        place = pathlib.Path(arguments[0]).resolve()
+        if not place.is_relative_to(SCRATCH.resolve()) and "cache" not in str(place) and str(place) != os.devnull:
+            SEEN.append(f"write {place}"[:100])
+
+
+def mutated(value, lots):
+    """A JSON value with something in it replaced or left out."""
+    if not isinstance(value, dict | list) or not value or lots.random() < 0.1:
+        if isinstance(value, str) and value and lots.random() < 0.3:
+            place = lots.randrange(len(value))
+            return value[:place] + chr(lots.choice([0, 27, 65, 0x202E, 0xD800, 0x1F600])) + value[place + 1 :]
+        return copy.deepcopy(lots.choice(ODD))
+    key = lots.choice(sorted(value) if isinstance(value, dict) else range(len(value)))
+    changed = copy.copy(value)
+    if lots.random() < 0.15:
+        del changed[key]
+    else:
+        changed[key] = mutated(value[key], lots)
+    return changed
+
+
+def flipped(content, lots):
+    found = bytearray(content)
+    if lots.random() < 0.3:
+        return bytes(found[: lots.randrange(len(found) + 1)])
+    for _ in range(lots.choice([1, 1, 3, 30])):
+        if found:
+            found[lots.randrange(len(found))] = lots.randrange(256)
+    return bytes(found)
+
+
+def submission(path, lots):
+    content = (GIVEN / "a.submission").read_bytes()
+    if lots.random() < 0.2:
+        path.write_bytes(flipped(content, lots))
+        return
+    with zipfile.ZipFile(io.BytesIO(content)) as file:
+        parts = {name: json.loads(file.read(name)) for name in file.namelist() if name != "sha256.json"}
+    name = lots.choice([*parts, "run.json", "run.json"])
+    if name.startswith("episodes") and lots.random() < 0.5:
+        answers = base64.b64decode(parts[name]["answers"])
+        parts[name]["answers"] = base64.b64encode(flipped(answers, lots)).decode()
+    else:
+        parts[name] = mutated(parts[name], lots)
+    texts = {one: json.dumps(part) for one, part in parts.items()}
+    sums = {one: hashlib.sha256(text.encode()).hexdigest() for one, text in texts.items()}
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:
+        for one, text in {**texts, "sha256.json": json.dumps(sums)}.items():
+            file.writestr(one, text)
+
+
+def folder(path, lots):
+    shutil.copytree(GIVEN / "run", path)
+    files = sorted(one for one in path.rglob("*") if one.is_file() and one.suffix in (".json", ".parquet"))
+    file = lots.choice([*files, path / "run.json", path / "summary.json"])
+    if file.suffix == ".json" and lots.random() < 0.8:
+        file.write_text(json.dumps(mutated(json.loads(file.read_text()), lots)))
+    elif file.suffix == ".parquet" and lots.random() < 0.5:
+        table = pd.read_parquet(file)
+        odd = [-1, 10**18, float("nan"), "\x1b[31m", "[/foo]", None]
+        table[lots.choice(list(table))] = lots.choice(odd)
+        table.to_parquet(file)
+    else:
+        file.write_bytes(flipped(file.read_bytes(), lots))
+
+
+def command(lots, place):
+    tiny = GIVEN / "tiny.txt"
+    if READER in ("verify", "leaderboard"):
+        submission(place / "a.submission", lots)
+        return [READER, place / "a.submission" if READER == "verify" else place]
+    if READER == "house":
+        (place / "a.txt").write_bytes(flipped(tiny.read_bytes() * lots.choice([1, 1, 1000]), lots))
+        return ["house", "check", place / "a.txt"]
+    folder(place / "run", lots)
+    evaluate = ["evaluate", "--world", "grid", "--house", tiny, "--epsilon", 1, "--episodes", 2, "--resume"]
+    return {
+        "report": ["report", place / "run"],
+        "compare": ["compare", place / "run", GIVEN / "run"],
+        "pool": ["pool", place / "run", GIVEN / "run", "--out", place / "out"],
+        "submit": ["submit", place / "run", "--out", place / "b.submission"],
+        "resume": [*evaluate, "--caregiver", "none", "nearest", "--out", place / "run"],
+        "answers": ["render", "--answers", place / "run", "--caregiver", "nearest", "--out", place / "a.mp4"],
+    }[READER]
+
+
+def main():
+    worst, refused, read = 0.0, 0, 0
+    sys.addaudithook(watch)
+    for number in range(COUNT):
+        place = SCRATCH / str(number)
+        place.mkdir()
+        argv, out, err = command(random.Random(number), place), io.StringIO(), io.StringIO()
+        start = time.monotonic()
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            status = cli.main([*map(str, argv)])
+        worst = max(worst, time.monotonic() - start)
+        text = err.getvalue()
+        assert status in (0, 2), (number, status, text[-500:])
+        assert "Traceback" not in text, (number, text)
+        if status:
+            last = text.splitlines()[-1]
+            assert last.startswith("caregiver-mj: "), (number, last)
+            assert len(last) < 1100, (number, last[:200])
+            assert last.isprintable(), (number, last)
+        assert "\x1b[31m" not in out.getvalue() + text, number
+        refused, read = refused + bool(status), read + (not status)
+        shutil.rmtree(place)
+    megabytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1000
+    told = {"reader": READER, "tried": COUNT, "refused": refused, "read": read, "megabytes": round(megabytes)}
+    print(json.dumps(told | {"seconds": round(worst, 1), "seen": sorted(set(SEEN))}))
+
+
+main()

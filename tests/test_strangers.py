@@ -1,0 +1,236 @@
+"""Files from strangers, with checksums that fit: nothing that they name is run or asked, and they cost little.
+
+`CAREGIVER_FUZZ=500 pytest -m slow tests/test_strangers.py -s` prints what came of so many mutations a reader.
+"""
+
+import base64
+import hashlib
+import io
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import zipfile
+
+import numpy as np
+import pytest
+
+from caregiver_mj import cli
+
+COUNT = int(os.environ.get("CAREGIVER_FUZZ", "500"))
+TEXT = "######\n#B.S.#\n#....#\n#C..T#\n######\n"
+
+
+def run(*arguments):
+    return cli.main([*map(str, arguments)])
+
+
+@pytest.fixture(scope="module")
+def given(tmp_path_factory):
+    """A run, and its submission."""
+    folder = tmp_path_factory.mktemp("strangers")
+    (folder / "tiny.txt").write_text(TEXT)
+    argv = ["evaluate", "--world", "grid", "--house", folder / "tiny.txt", "--epsilon", 1, "--episodes", 2]
+    assert not run(*argv, "--caregiver", "none", "nearest", "--out", folder / "run")
+    assert not run("submit", folder / "run", "--out", folder / "a.submission")
+    return folder
+
+
+def parts_of(path):
+    with zipfile.ZipFile(path) as file:
+        return {name: json.loads(file.read(name)) for name in file.namelist() if name != "sha256.json"}
+
+
+def write(path, parts):
+    """Write a submission, with checksums that fit."""
+    texts = {name: json.dumps(part) for name, part in parts.items()}
+    sums = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in texts.items()}
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:
+        for name, text in {**texts, "sha256.json": json.dumps(sums)}.items():
+            file.writestr(name, text)
+
+
+NONE, NEAREST = "episodes/000000.json", "episodes/000001.json"
+
+
+def renamed(parts, old, new):
+    """A run of another caregiver, with its rows."""
+    parts["run.json"]["caregivers"] = [new if name == old else name for name in parts["run.json"]["caregivers"]]
+    for name in (NONE, NEAREST):
+        for row in parts[name]["rows"]:
+            row["caregiver"] = new if row["caregiver"] == old else row["caregiver"]
+
+
+def with_family(family):
+    def edit(parts):
+        parts["run.json"]["families"] = [family]
+        for name in (NONE, NEAREST):
+            parts[name]["maps"] = {family: parts[name]["maps"]["1"]}
+            for row in parts[name]["rows"]:
+                row["family"] = family
+
+    return edit
+
+
+def empty(caregiver):
+    def edit(parts):
+        renamed(parts, "nearest", caregiver)
+        parts[NEAREST]["answers"] = ""
+
+    return edit
+
+
+def forged(parts):
+    parts[NONE]["answers"] = parts[NEAREST]["answers"]
+
+
+def bomb(shape, dtype="|u1", size=0):
+    def edit(parts):
+        header, content = io.BytesIO(), io.BytesIO()
+        np.lib.format.write_array_header_1_0(header, {"shape": shape, "fortran_order": False, "descr": dtype})
+        with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as file:
+            file.writestr("decide.npy", header.getvalue() + bytes(size))
+        parts[NEAREST]["answers"] = base64.b64encode(content.getvalue()).decode()
+
+    return edit
+
+
+def houses_5(parts):
+    parts["run.json"]["houses"] = 5
+
+
+def more_maps(parts):
+    parts[NEAREST]["maps"]["0.5"] = parts[NEAREST]["maps"]["1"]
+
+
+FILES = {
+    "a child is code": (with_family("antigravity:x:1"), "its child must be one of novice"),
+    "empty answers of a module": (empty("antigravity:x"), "the answers of 'antigravity:x' must be the text"),
+    "empty answers of a server": (empty("http://127.0.0.1:9/steal"), "must be the text of its arrays, got ''"),
+    "empty answers of a model": (empty("chat:X"), "must be the text of its arrays, got ''"),
+    "answers of nobody": (forged, "the answers of 'none' must be none"),
+    "an array of 100 MB": (bomb((10**8,), size=10**8), "must come to at most 64,000,000 bytes"),
+    "rows of nothing": (bomb((10**8, 0)), "at most 10,000,000 numbers"),
+    "houses that are a number": (houses_5, "houses must be a str, got 5"),
+    "a map more": (more_maps, "must have rows, maps and answers of"),
+}
+
+
+@pytest.mark.parametrize(("edit", "words"), FILES.values(), ids=FILES)
+def test_a_file_of_a_stranger_is_refused_and_the_others_are_on_the_board(edit, words, given, tmp_path, capsys):
+    (tmp_path / "good.submission").write_bytes((given / "a.submission").read_bytes())
+    parts = parts_of(given / "a.submission")
+    edit(parts)
+    write(tmp_path / "bad.submission", parts)
+    assert run("leaderboard", tmp_path) == 2
+    told = capsys.readouterr()
+    assert "| `nearest` |" in told.out
+    assert words in told.err.splitlines()[-1]
+    assert "antigravity" not in sys.modules
+
+
+def test_a_robot_is_not_imported_either(given, tmp_path, capsys):
+    parts = parts_of(given / "a.submission")
+    parts["run.json"] |= {"world": "house", "embodiment": "antigravity:x"}
+    from caregiver_mj.experiments.provenance import source_digest
+    from caregiver_mj.experiments.settings import Settings
+
+    parts["run.json"]["source"] = source_digest("house")
+    with pytest.raises(cli.CaregiverError, match="its robot must be one of mobile_fr3, mobile_ur5e"):
+        Settings.of_record(parts["run.json"]).check_installed()
+
+
+def test_names_of_a_run_folder_are_only_shown(given, tmp_path, capsys):
+    folder = shutil.copytree(given / "run", tmp_path / "run")
+    record = json.loads((folder / "run.json").read_text())
+    (folder / "run.json").write_text(json.dumps(record | {"families": ["antigravity:x:1"]}))
+    for argv in (
+        ["report", folder],
+        ["compare", folder, folder],
+        ["submit", folder, "--out", tmp_path / "b.submission"],
+    ):
+        assert run(*argv) == 2
+    assert "antigravity" not in sys.modules
+    with zipfile.ZipFile(tmp_path / "c.submission", "w", zipfile.ZIP_DEFLATED) as file:
+        file.writestr("sha256.json", bytes(10**8))
+    assert run("verify", tmp_path / "c.submission") == 2
+    assert "must have at most" in capsys.readouterr().err
+
+
+def test_what_is_no_file_does_not_hang(given, tmp_path, capsys):
+    os.mkfifo(tmp_path / "pipe.submission")
+    (tmp_path / "link.submission").symlink_to("/dev/zero")
+    assert run("house", "check", tmp_path / "pipe.submission") == 2
+    assert run("leaderboard", tmp_path) == 2
+    assert capsys.readouterr().err.count("not a regular file") == 3
+
+
+def test_a_page_shows_text_of_a_stranger_as_text(given, tmp_path, capsys):
+    parts = parts_of(given / "a.submission")
+    parts["card.json"] = {"title": "![x](http://a/b.png)\x1b[31m\u202e", "authors": "[x](javascript:alert(1))<script>"}
+    write(tmp_path / "a.submission", parts)
+    assert not run("leaderboard", tmp_path)
+    page = capsys.readouterr().out
+    for text in ("](", "<script", "\x1b", "\u202e", "http://a"):
+        assert text not in page
+
+
+def test_a_refusal_is_one_short_line(given, tmp_path, capsys):
+    parts = parts_of(given / "a.submission")
+    parts["run.json"]["houses"] = ["\x1b[31m" * 10**5]
+    write(tmp_path / "a.submission", parts)
+    assert run("verify", tmp_path / "a.submission") == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert len(line) < 1100
+    assert line.isprintable()
+
+
+HOLD = """
+import sys
+from caregiver_mj.experiments.run_folder import RunFolder
+folder = RunFolder(sys.argv[1], {"a": 1}, resume=True)
+print("held", flush=True)
+sys.stdin.read()
+"""
+
+
+def test_a_second_start_in_a_folder_touches_nothing(tmp_path):
+    from caregiver_mj.experiments.run_folder import RunFolder
+
+    held = subprocess.Popen(
+        [sys.executable, "-c", HOLD, str(tmp_path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    try:
+        assert held.stdout.readline() == "held\n"
+        (tmp_path / "episodes" / "x.json.1.tmp").write_text("half")
+        with pytest.raises(cli.CaregiverError, match="in use by another process"):
+            RunFolder(tmp_path, {"a": 1}, resume=True)
+        assert (tmp_path / "episodes" / "x.json.1.tmp").exists()
+    finally:
+        held.communicate("")
+    RunFolder(tmp_path, {"a": 1}, resume=True)
+    assert not (tmp_path / "episodes" / "x.json.1.tmp").exists()
+
+
+@pytest.mark.parametrize("count", [pytest.param(COUNT, marks=pytest.mark.slow), 3])
+@pytest.mark.parametrize(
+    "reader", ["verify", "leaderboard", "report", "compare", "pool", "submit", "resume", "house", "answers"]
+)
+def test_readers_refuse_in_a_line_or_read(reader, count, given, tmp_path):
+    script = pathlib.Path(__file__).parent / "fuzz_reader.py"
+    done = subprocess.run(
+        [sys.executable, script, reader, str(count), str(given), str(tmp_path)],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=20 * count + 60,
+    )
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-3000:]
+    told = json.loads(done.stdout.splitlines()[-1])
+    print(told)
+    assert told["tried"] == count
+    assert told["seen"] == []
+    assert told["megabytes"] < 1000
+    assert told["seconds"] < 20
