@@ -12,7 +12,7 @@ import itertools
 import json
 import pathlib
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import rich.box
@@ -23,6 +23,7 @@ import rich.text
 from caregiver_mj.cli import parsing
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.outside import plain, visible
+from caregiver_mj.recording.record import DAMAGE_THRESHOLD
 from caregiver_mj.viz import progress_bar
 
 if TYPE_CHECKING:
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
     from caregiver_mj.experiments.workers import Executor
 
 _COMPARED = ("epsilon", "caregiver", "pairs", "first", "second", "difference", "p", "verdict")
-_LESS_NEEDED = ("pairs", "first", "second", "p")  # where there is little room, this first
 _TITLES = {  # of a column, and what it is where there is little room
     "damage": "damage",
     "normalised": "norm.",
@@ -148,7 +148,7 @@ def _told(value: Any, other: Any) -> str:
 
 
 def print_comparison(found: dict[str, Any], folders: list[str], console: rich.console.Console) -> None:
-    """Print what `compare_runs` has found in two folders: as many columns as there is room for, and none cut short."""
+    """Print what `compare_runs` has found in two folders."""
     from caregiver_mj.experiments.verdicts import MARGINS, Verdict  # bring SciPy
 
     first, rows = found["rows"][0], []
@@ -169,12 +169,12 @@ def print_comparison(found: dict[str, Any], folders: list[str], console: rich.co
         )
         rows.append(dict(zip(_COMPARED, cells, strict=True)))
     title = f"{first['world']} {_where(first)}: second ({folders[1]}) less first ({folders[0]})"
-    caption = (
-        "mean damage of paired episodes; in brackets the 95 % interval of the mean difference; p of a row alone, "
-        "verdict with Holm's correction for all rows; equivalent: neither less than the other by "
-        f"{MARGINS['damage']:.0%}"
+    legend = (
+        "epsilon: share of random moves; pairs: episodes that both have; first, second: mean damage in these; "
+        "difference: its mean, and in brackets the 95 % interval of that; p: of a row alone; verdict: with Holm's "
+        f"correction for all rows; equivalent: neither less than the other by {MARGINS['damage']:.0%}"
     )
-    _print_widest(console, title, caption, rows, _LESS_NEEDED)
+    print_rows(console, title, legend, rows)
 
 
 def _where(row: dict[str, Any]) -> str:
@@ -261,12 +261,12 @@ def output(aside: bool) -> rich.console.Console:
     # Names of houses, caregivers and answers are from outside: no markup, and no `:emoji:`.
     console = rich.console.Console(stderr=aside, markup=False, emoji=False, highlight=False)
     if not console.is_terminal:
-        console.width = 120  # a pipe or a file has no width to fit
+        console.width = _WIDEST  # a pipe or a file has no width to fit
     return console
 
 
 def print_table(summary: dict[str, Any], console: rich.console.Console) -> None:
-    """Print a row for each caregiver and family: as many columns as there is room for, and none cut short."""
+    """Print a row for each caregiver and family."""
     first = summary["rows"][0]
     plus_minus = "±" if console.encoding.lower().startswith("utf") else "+-"
     several = any("," in row["family"] for row in summary["rows"])
@@ -287,7 +287,12 @@ def print_table(summary: dict[str, Any], console: rich.console.Console) -> None:
     many = summary.get("seeds")
     seeds = f"seeds {', '.join(map(str, many))}" if many else f"seed {summary['seed']}"
     title = f"{first['world']} {_where(first)}, {episodes}, {seeds}"
-    _print_widest(console, title, f"mean {plus_minus} standard deviation", rows, [*_TITLES][:0:-1], sections=True)
+    legend = (
+        f"epsilon: share of random moves; means of an episode, damage {plus_minus} standard deviation; normalised: "
+        "damage over the greatest of any episode; left: damage over that of 'none'; timesteps until damage is above "
+        f"{DAMAGE_THRESHOLD:g}; cells visited; toys reached; moves blocked; interventions done"
+    )
+    print_rows(console, title, legend, rows, sections=True)
 
 
 def print_harm(summary: dict[str, Any], console: rich.console.Console) -> None:
@@ -299,7 +304,7 @@ def print_harm(summary: dict[str, Any], console: rich.console.Console) -> None:
             "harm in: (house, toddler) pairs, by a one-sided test of paired episodes, with Holm's correction over the "
             "pairs of a caregiver, at 5 %; worst: the pair of the greatest difference, of those with harm if any"
         )
-        _print_widest(console, title, caption, rows, [*rows[0]][:1:-1])
+        print_rows(console, title, caption, rows, keys=1)
     print_verdicts(summary["verdicts"], console)
 
 
@@ -345,35 +350,46 @@ def _with_ends(value: float, low: float | None, high: float | None) -> str:
     return f"{signed(value)} ({in_words(low, high)})"
 
 
-def _print_widest(
+def print_rows(
     console: rich.console.Console,
     title: str,
-    caption: str,
+    legend: str,
     rows: list[dict[str, str]],
-    less_needed: Sequence[str],
+    keys: int = 2,
     sections: bool = False,
 ) -> None:
-    """Print a table of cells by the titles of their columns, without those less needed that there is no room for.
+    """Print a table of cells by the titles of their columns, no cell cut short, and below it a legend.
 
-    With sections, rows of different first cells are set apart.
+    Titles are short where there is little room. Columns that still do not fit follow below, beside the first `keys`
+    again. With sections, rows of different first cells are set apart.
     """
-    room = console.options.update(width=_WIDEST)
-    for narrow, count in [(False, 0), *((True, count) for count in range(len(less_needed) + 1))]:
-        shown = [column for column in rows[0] if column not in less_needed[:count]]
-        told = f"{caption}; left: damage over that of 'none'" if "left" in shown else caption
-        if gone := [column for column in rows[0] if column not in shown]:
-            told += f"; no room for: {', '.join(gone)}"
-        table = rich.table.Table(title=plain(title), caption=told, box=rich.box.SIMPLE_HEAD)
-        table.padding, table.pad_edge = (0, 0 if narrow else 1), not narrow
-        for column in shown:
-            heading = _TITLES.get(column, column.removesuffix(" of each")) if narrow else column
-            table.add_column(heading, justify="left" if column in _TO_THE_LEFT else "right", no_wrap=True)
-        for row, following in itertools.zip_longest(rows, rows[1:]):
-            last = sections and following and row[shown[0]] != following[shown[0]]
-            table.add_row(*(plain(row[column]) for column in shown), end_section=bool(last))
-        width = console.measure(table, options=room).maximum
-        if width <= console.width:
-            break
-    room_there, console.width = console.width, max(width, console.width)  # a terminal breaks what is too wide
-    console.print(table)
-    console.width = room_there
+    columns, room = [*rows[0]], console.options.update(width=_WIDEST)
+
+    def width(shown: list[str], narrow: bool) -> int:
+        return console.measure(_table(rows, shown, narrow, sections), options=room).maximum
+
+    narrow = width(columns, narrow=False) > console.width
+    parts = [columns[:keys]]
+    for column in columns[keys:]:
+        if len(parts[-1]) > keys and width([*parts[-1], column], narrow) > console.width:
+            parts.append(columns[:keys])
+        parts[-1].append(column)
+    for part in parts:
+        table = _table(rows, part, narrow, sections)
+        table.title = plain(title) if part is parts[0] else None
+        # If one column is too wide already, the terminal may break its lines.
+        console.print(table, width=max(width(part, narrow), console.width))
+    console.print(legend, style="table.caption", markup=False, highlight=False)
+
+
+def _table(rows: list[dict[str, str]], columns: list[str], narrow: bool, sections: bool) -> rich.table.Table:
+    """Return a table of some columns."""
+    table = rich.table.Table(box=rich.box.SIMPLE_HEAD)
+    table.padding, table.pad_edge = (0, 0 if narrow else 1), not narrow
+    for column in columns:
+        heading = _TITLES.get(column, column.removesuffix(" of each")) if narrow else column
+        table.add_column(heading, justify="left" if column in _TO_THE_LEFT else "right", no_wrap=True)
+    for row, following in itertools.zip_longest(rows, rows[1:]):
+        last = sections and following and row[columns[0]] != following[columns[0]]
+        table.add_row(*(plain(row[column]) for column in columns), end_section=bool(last))
+    return table
