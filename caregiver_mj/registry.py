@@ -58,6 +58,19 @@ class Registry(Mapping[str, Kind], Generic[Kind]):
         self.check(name, entry.value, found)
         return found
 
+    def describe(self, name: str) -> str:
+        """Return a line on a thing: its summary, or of which other name it is an alias, and which package offers it.
+
+        Raises:
+            CaregiverError: There is none of that name, or it cannot be loaded.
+        """
+        found = self[name]
+        if name in self._own:
+            first = next(other for other, own in self._own.items() if own is found)
+            return summary(found) if first == name else f"Alias of {first}."
+        package = self._offered(name)[0].dist
+        return f"{summary(found)} (from {package.name if package else self._offered(name)[0].value})".lstrip()
+
     def _offered(self, name: str) -> list[importlib.metadata.EntryPoint]:
         return [entry for entry in importlib.metadata.entry_points(group=self.group) if entry.name == name]
 
@@ -89,6 +102,11 @@ class Registry(Mapping[str, Kind], Generic[Kind]):
 
     def __len__(self) -> int:
         return len(list(iter(self)))
+
+
+def summary(found: object) -> str:
+    """Return the first line of a thing's docstring; nothing if it has none of its own."""
+    return inspect.cleandoc(getattr(found, "__doc__", None) or "").partition("\n")[0]
 
 
 @contextlib.contextmanager

@@ -19,7 +19,7 @@ _FAR = 3.0  # metres from the landing at which the reward is 0.1
 
 
 class BlockStairs(CareTask):
-    """A stairwell is drawn at the start of every episode.
+    """Stand in the stairwell that is drawn at the start of an episode.
 
     Attributes:
         goal_stairwell: Index of the stairwell.

@@ -19,7 +19,7 @@ _NEAR, _FAR = 0.10, 3.0  # metres from the goal at which the reward for nearness
 
 
 class RelocateCandle(CareTask):
-    """A candle and a bare table are drawn at the start of every episode.
+    """Take the candle to the bare table, both drawn at the start of an episode.
 
     Attributes:
         goal_candle: Index of the candle.

@@ -167,7 +167,7 @@ def table_exposure(plan: FloorPlan, epsilon: float = EPSILON, timesteps: int = E
 
 
 class WandererCaregiver(RandomCaregiver):
-    """Draws a hazard as `RandomCaregiver` does, but not another one before the first is done with.
+    """Draws a hazard at random, and another one only when it is done with the first.
 
     That is the case once it stands in the stairwell, once the candle has come to stand on another table, or once the
     hazard is not worth protecting the children from any more.

@@ -12,7 +12,7 @@ from caregiver_mj.plans.hazards import NOTHING
 
 
 class Seeker(Novice):
-    """Goes to the caregiver, as an `Adversary` does, but for a share epsilon of its moves, which are random.
+    """Goes to the caregiver, but for a share epsilon of its moves, which are random.
 
     Without a caregiver it is a novice.
     """

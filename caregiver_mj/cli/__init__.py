@@ -42,7 +42,8 @@ _COMMANDS = {
     "verify": ("runs", "get every row of such a file back from its caregivers' answers, with no caregiver present"),
     "leaderboard": ("runs", "verify all files of a folder, and print a table for each track in Markdown"),
     "record": ("record", "write episodes as a data set to learn from"),
-    "house": ("house", "look at a floor plan, or make one"),
+    "house": ("house", "look at a floor plan, make one, or export its scene"),
+    "list": ("listing", "print what there is by name: caregivers, children, houses, robots, tasks, sets of houses"),
     "completion": ("completion", "print a completion script for the shell"),
 }
 

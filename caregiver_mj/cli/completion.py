@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 
 from caregiver_mj.caregivers.registry import CAREGIVERS, POLICIES
 from caregiver_mj.children.family import CHILDREN
-from caregiver_mj.experiments.settings import FLOOR, WORLDS
+from caregiver_mj.experiments.settings import FLOOR
 from caregiver_mj.plans.floor_plan import house_names
 from caregiver_mj.plans.sets import DRAWN, FIRST_SEEDS
 from caregiver_mj.plans.shapes import SHAPES
@@ -59,7 +59,6 @@ def script(parser: argparse.ArgumentParser, shell: str) -> str:
         "embodiment": EMBODIMENTS,
         "houses": [*(f"{name}-100" for name in FIRST_SEEDS), f"drawn-{len(DRAWN)}", *names],
         "task": TASKS,
-        "world": WORLDS,
         # Where a command takes others than the rest do.
         "evaluate caregiver": [FLOOR, *caregivers],
         "compare caregiver": [FLOOR, *caregivers],

@@ -16,7 +16,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import evaluation
 from caregiver_mj.experiments.blocks import try_all
 from caregiver_mj.experiments.run_folder import RunFolder, StorageError
-from caregiver_mj.experiments.settings import EPSILONS, FLOOR, Settings
+from caregiver_mj.experiments.settings import EPSILONS, FLOOR, WORLDS, Settings
 from caregiver_mj.experiments.workers import Executor, WorkerError
 from caregiver_mj.outside import plain
 from caregiver_mj.viz import progress_bar
@@ -29,12 +29,14 @@ def add_evaluate(command: argparse.ArgumentParser) -> None:
         "Run every caregiver with every child, or family of children, in every house. Episode i has the same children "
         "under all caregivers."
     )
-    command.add_argument("--world", default="house", help="the physical house, or the grid of the paper")
+    command.add_argument(
+        "--world", choices=WORLDS, default="house", help="the physical house, or the grid of the paper"
+    )
     parsing.add_houses(command)
     command.add_argument(
         "--caregiver",
         nargs="+",
-        default=["none", "expected-danger"],
+        default=["none", parsing.CAREGIVER],
         metavar="NAME",
         help=f"{FLOOR}, {parsing.caregivers()}",
     )

@@ -83,10 +83,15 @@ def _check(arguments: argparse.Namespace) -> None:
         for problem in lines[:-1]:  # a line each, and the last one as of any other error
             print(f"{PROGRAM}: {problem}", file=sys.stderr)
         raise FloorPlanError(lines[-1]) from None
-    height, width = plan.shape
-    counts = ", ".join(count for kind, count in _counts(plan).items() if kind != WALL)
-    print(f"OK: {plan.name}, {width} x {height} cells, {counts}")
+    print(f"OK: {plan.name}, {describe(plan)}")
     parsing.warn_of_no_room(plan)
+
+
+def describe(plan: FloorPlan) -> str:
+    """Return how large a house is, and what is in it."""
+    height, width = plan.shape
+    counts = ", ".join(count for kind, count in _counts(plan).items() if kind != WALL and plan.cells_of(kind))
+    return f"{width} x {height} cells, {counts}"
 
 
 def _counts(plan: FloorPlan) -> dict[str, str]:

@@ -9,7 +9,7 @@ import pathlib
 import shlex
 import sys
 
-from caregiver_mj.caregivers.registry import CAREGIVERS, POLICIES
+from caregiver_mj.caregivers.registry import CAREGIVERS, POLICIES, RULE
 from caregiver_mj.children.family import CHILDREN, NOVICE, Family
 from caregiver_mj.cli import PROGRAM
 from caregiver_mj.errors import CaregiverError
@@ -19,10 +19,12 @@ from caregiver_mj.plans import floor_plan
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.generator import is_drivable
 from caregiver_mj.plans.hazards import DamageWeights
-from caregiver_mj.plans.sets import houses_named
+from caregiver_mj.plans.sets import SETS, houses_named
 from caregiver_mj.robot.embodiment import DEFAULT
+from caregiver_mj.robot.embodiments import EMBODIMENTS
 
 EXECUTORS = ("local", "dask")
+CAREGIVER = RULE[0]  # that acts in all commands unless another one is named
 
 
 def _add_house(command: argparse._ActionsContainer) -> None:
@@ -53,8 +55,7 @@ def add_houses(command: argparse.ArgumentParser) -> None:
         "--houses",
         nargs="+",
         metavar="SET|NAME",
-        help="several houses: test-N or train-N, the first N of two disjoint lists, shapes-test-N or "
-        "shapes-train-N, of other shapes too, home-test-N or home-train-N, drawn-10, drawn by hand, or names and files",
+        help=f"several houses: {', '.join(SETS)} (see `list sets`), or names and files",
     )
     _add_damage(command)
 
@@ -66,7 +67,7 @@ def read_houses(arguments: argparse.Namespace) -> tuple[FloorPlan, ...]:
     return houses_named(arguments.houses, arguments.damage)
 
 
-def add_who(command: argparse.ArgumentParser, caregiver: str, others: str = "") -> None:
+def add_who(command: argparse.ArgumentParser, others: str = "") -> None:
     """Add which house it is, which children are there, and who takes care of them; `others` may do so, too."""
     _add_house(command)
     _add_damage(command)
@@ -77,7 +78,7 @@ def add_who(command: argparse.ArgumentParser, caregiver: str, others: str = "") 
         help="share of random moves; of several children one each, such as 1,.25",
     )
     add_children(command)
-    command.add_argument("--caregiver", default=caregiver, metavar="NAME", help=f"{others}{caregivers()}")
+    command.add_argument("--caregiver", default=CAREGIVER, metavar="NAME", help=f"{others}{caregivers()}")
     add_embodiment(command)
 
 
@@ -95,7 +96,8 @@ def add_sight(command: argparse.ArgumentParser) -> None:
 
 def add_embodiment(command: argparse.ArgumentParser) -> None:
     """Add which robot it is."""
-    command.add_argument("--embodiment", default=DEFAULT, metavar="NAME", help="the robot in the house")
+    robots = f"the robot in the house: {', '.join(EMBODIMENTS)}, or yours as module:object"
+    command.add_argument("--embodiment", default=DEFAULT, metavar="NAME", help=robots)
 
 
 def houses() -> str:

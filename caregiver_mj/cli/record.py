@@ -42,7 +42,7 @@ def add_record(command: argparse.ArgumentParser) -> None:
     command.add_argument("--format", choices=FORMATS, required=True, help="whose data set it shall be")
     command.add_argument("--task", default="supervise", help=f"{', '.join(TASKS)}, or {TARGETS}: interventions alone")
     command.add_argument("--world", choices=("house", "grid"), default="house", help="the grid has targets only")
-    parsing.add_who(command, "expected-danger", f"who acts: {RANDOM}, ")
+    parsing.add_who(command, f"who acts: {RANDOM}, ")
     parsing.add_seed(command)
     command.add_argument("--episodes", type=int, default=10, metavar="N", help="number of episodes")
     command.add_argument(

@@ -23,6 +23,7 @@ from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.plans.hazards import DamageWeights
+from caregiver_mj.tasks import TASKS
 from caregiver_mj.viz import OVERLAYS
 
 if TYPE_CHECKING:
@@ -40,8 +41,8 @@ def add_render(command: argparse.ArgumentParser) -> None:
         "Film an episode of the run that `evaluate` does with the same seed, children and caregiver; or of a finished "
         "one, without asking its caregiver again."
     )
-    command.add_argument("--task", default="supervise", help="name of the task")
-    parsing.add_who(command, "expected-danger")
+    command.add_argument("--task", default="supervise", help=f"the task: {', '.join(TASKS)}")
+    parsing.add_who(command)
     parsing.add_episode(command)
     parsing.add_answers(command, "film")
     command.add_argument("--seconds", type=float, default=30.0, help="length of the film at most")
@@ -61,7 +62,7 @@ def add_view(command: argparse.ArgumentParser) -> None:
         "Show an episode of the run that `evaluate` does with the same seed, children and caregiver: in a window of "
         "MuJoCo's, or in a browser. Ctrl-C ends it."
     )
-    parsing.add_who(command, "foresight", f"who acts: {_PLAYERS}, who play with the keys that are shown, ")
+    parsing.add_who(command, f"who acts: {_PLAYERS}, who play with the keys that are shown, ")
     parsing.add_episode(command)
     command.add_argument("--out", metavar="DIR", help=f"run to keep the episodes of a {_PLAYERS} in")
     command.add_argument("--speed", type=float, default=1.0, help="simulated seconds a second")

@@ -35,6 +35,16 @@ FIRST_SEEDS = {
     "home-train": 500_000,
     "home-test": 600_000,
 }
+SETS = {  # what may be said for several houses, and what these are
+    "train-N": "The first N of 1000 generated houses to learn in.",
+    "test-N": "The first N of 1000 generated houses to be tested in, none of them in train-N.",
+    "shapes-train-N": "The first N of 1000 houses to learn in, also of other shapes: halls, alcoves, loops and so on.",
+    "shapes-test-N": "The first N of 1000 houses to be tested in, also of other shapes.",
+    "home-train-N": "The first N of 1000 homes to learn in, with gates, mugs and small objects.",
+    "home-test-N": "The first N of 1000 homes to be tested in, with gates, mugs and small objects.",
+    "drawn-N": "The first N of 10 houses drawn by hand, to be tested in.",
+    "SET@SECRET": "Any set but drawn-N, of houses that nobody knows without the secret.",
+}
 DRAWN = (
     "bungalow", "courtyard", "farmhouse", "flat", "loft", "maisonette", "railroad", "tenement", "terrace", "villa",
 )  # fmt: skip
@@ -80,9 +90,7 @@ def house_set(name: str) -> tuple[FloorPlan, ...]:
     names = _names(name)
     if names is None:
         raise FloorPlanError(
-            f"no set of floor plans '{name}': there are train-N and test-N, such as test-100; "
-            "shapes-train-N and shapes-test-N, of other shapes too; home-train-N and home-test-N, with gates, mugs and "
-            "small objects; drawn-10, drawn by hand"
+            f"no set of floor plans '{name}': there are {', '.join(SETS)}, with a number for N, such as test-100"
         )
     return tuple(FloorPlan.load(one) for one in names)
 

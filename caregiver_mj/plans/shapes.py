@@ -12,6 +12,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.generator import furnished
 from caregiver_mj.plans.request import SEEDS, draw
 from caregiver_mj.plans.rooms import Room, Shell
+from caregiver_mj.registry import summary
 
 _TRIES = 60
 _Made = tuple[Shell, tuple[int, int, int, int]]  # and how many stairwells, candles, bare tables and bins to add
@@ -134,7 +135,7 @@ _MAKERS: dict[str, Callable[[np.random.RandomState], _Made]] = {
     "loops": _loops,
     "far-bins": _far_bins,
 }
-SHAPES = tuple(_MAKERS)
+SHAPES = {shape: summary(make) for shape, make in _MAKERS.items()}  # and what each is like
 
 
 def generate_shape(shape: str, seed: int) -> FloorPlan:
@@ -150,7 +151,7 @@ def generate_shape(shape: str, seed: int) -> FloorPlan:
             f"floor plan '{shape}-{seed}' cannot be made: the seed must be an integer from 0 to {SEEDS - 1}, got {seed}"
         )
     for attempt in range(_TRIES):
-        random = np.random.RandomState([SHAPES.index(shape), seed, attempt])
+        random = np.random.RandomState([[*SHAPES].index(shape), seed, attempt])
         shell, counts = _MAKERS[shape](random)
         if plan := furnished(random, shell, counts, f"{shape}-{seed}"):
             return plan

@@ -46,12 +46,12 @@ def test_houses_of_a_set_are_loaded_by_name(name):
 @pytest.mark.parametrize(
     ("name", "problem"),
     [
-        ("test", "there are train-N and test-N, such as test-100"),
-        ("test-", "there are train-N and test-N"),
+        ("test", "there are train-N, test-N, .*such as test-100"),
+        ("test-", "there are train-N, test-N"),
         ("test-0", "a set has 1 to 1000 houses"),
         ("train-1001", "a set has 1 to 1000 houses"),
         ("drawn-11", "a set has 1 to 10 houses"),
-        ("drawn-10@secret", "there are train-N and test-N"),
+        ("drawn-10@secret", "there are train-N, test-N"),
     ],
 )
 def test_sets_that_there_are_not(name, problem):

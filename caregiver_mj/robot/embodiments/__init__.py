@@ -23,15 +23,25 @@ class _Makers(Registry[Callable[[], Embodiment]]):
         check_call(f"{self.what} '{name}'", found)
 
 
-def _maker(name: str) -> Callable[[], Embodiment]:  # its module, and with it MuJoCo, is imported at the first call
-    return lambda: getattr(importlib.import_module(f"{__name__}.{name}"), name)()
+def _maker(name: str, summary: str) -> Callable[[], Embodiment]:
+    def make() -> Embodiment:  # its module, and with it MuJoCo, is imported at the first call
+        return getattr(importlib.import_module(f"{__name__}.{name}"), name)()  # type: ignore[no-any-return]
+
+    make.__doc__ = summary
+    return make
+
+
+_OWN = {
+    "mobile_fr3": "A mecanum base with an arm of the Franka Research 3's kinematics, of seven joints.",
+    "mobile_ur5e": "A square base on omnidirectional wheels with an arm of the UR5e's kinematics, of six joints.",
+}
 
 
 EMBODIMENTS = _Makers(
     "robot",
     "caregiver_mj.embodiments",
     "caregiver_mj.robot.embodiment.Embodiment",
-    {name: _maker(name) for name in ("mobile_fr3", "mobile_ur5e")},
+    {name: _maker(name, summary) for name, summary in _OWN.items()},
 )
 
 
