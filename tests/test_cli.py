@@ -201,3 +201,11 @@ def test_houses_whose_names_have_spaces(capsys, tmp_path):
     again = shlex.split(read_run(tmp_path / "a run").command())
     assert again[again.index("--houses") + 1 :][:2] == [str(file) for file in files]
     assert cli.main([*again[1:], "--out", str(tmp_path / "a run"), "--resume"]) == 0
+
+
+def test_too_few_files_for_worker_processes():
+    command = f"ulimit -n 14; {shlex.quote(sys.executable)} -m caregiver_mj evaluate --world grid --epsilon 1 --jobs 2"
+    run = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
+    assert run.returncode == 1
+    assert "Traceback" not in run.stderr
+    assert "no worker process can be started: Too many open files" in run.stderr.splitlines()[-1]

@@ -102,9 +102,12 @@ class _Worker:
     def __init__(self, function: Callable[[Any], Any]):
         # "spawn": a forked copy of a process that holds threads or a GL context may lock up.
         context = multiprocessing.get_context("spawn")
-        self.connection, theirs = context.Pipe()
-        self.process = context.Process(target=_serve, args=(function, theirs), daemon=True)
-        self.process.start()
+        try:
+            self.connection, theirs = context.Pipe()
+            self.process = context.Process(target=_serve, args=(function, theirs), daemon=True)
+            self.process.start()
+        except OSError as error:  # no more processes, or open files, are allowed
+            raise WorkerError(f"no worker process can be started: {error.strerror}; use --jobs 1") from None
         theirs.close()  # so that the worker's death closes the pipe
         self.job: Any = None
 
