@@ -22,13 +22,13 @@ import torch
 from hazard_policy import HazardPolicy
 from judge_targets import SLOTS
 from sb3_contrib import MaskablePPO
-from sb3_vector import FromGymnasium
 from stable_baselines3.common.callbacks import BaseCallback
 from targets_vector import Remembering
 
 from caregiver_mj.children.family import Family, side_by_side
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.envs.houses_vector import GridHousesVector
+from caregiver_mj.envs.sb3 import BatchVecEnv
 from caregiver_mj.grid.world import run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.sets import house_set
@@ -51,10 +51,10 @@ class Curve(BaseCallback):
         self._start, self._alone = time.process_time() - used, alone
 
     def _on_step(self) -> bool:
-        ended = [info for info in self.locals["infos"] if "damage" in info]
+        ended = [info for info in self.locals["infos"] if "outcome" in info]
         if ended:
             used = time.process_time() - self._start
-            damage = np.mean([info["damage"] for info in ended])
+            damage = np.mean([info["outcome"]["damage"] for info in ended])
             alone = np.mean([self._alone[info["house"]] for info in ended])
             self.rows.append({"steps": self.num_timesteps, "core_seconds": used, "damage": damage, "alone": alone})
         return True
@@ -63,7 +63,7 @@ class Curve(BaseCallback):
 def train(seed: int, steps: int, folder: pathlib.Path, vector: GridHousesVector, alone: np.ndarray) -> None:
     """Trains one seed up to so many steps, from where it is; writes its policy and its curve."""
     policy, table = folder / f"seed-{seed}.zip", folder / f"seed-{seed}-curve.csv"
-    env = FromGymnasium(Remembering(vector))
+    env = BatchVecEnv(Remembering(vector))
     if policy.is_file():
         model, rows = MaskablePPO.load(policy, env, device="cpu"), pd.read_csv(table)
         env.seed(seed + model.num_timesteps)  # houses and episodes that have not been yet
@@ -86,7 +86,7 @@ def damage_alone(plan: FloorPlan, episodes: int = 10) -> float:
     return float(run_episodes(plan, children, None, [*range(episodes)] * len(FAMILIES)).damage.mean())
 
 
-def new_model(seed: int, env: FromGymnasium, length: int = 100, batch: int = 2400) -> MaskablePPO:
+def new_model(seed: int, env: BatchVecEnv, length: int = 100, batch: int = 2400) -> MaskablePPO:
     """A policy that has learnt nothing yet; it learns from so many timesteps of every episode at a time."""
     return MaskablePPO(
         HazardPolicy,

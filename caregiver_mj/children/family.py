@@ -209,11 +209,18 @@ class SideBySide(Behaviour):
     Attributes:
         parts: The behaviours.
         sizes: For how many episodes each decides.
+        children: Who they are; the behaviours themselves if that is not said.
     """
 
-    def __init__(self, plan: FloorPlan, parts: Sequence[Behaviour], sizes: Sequence[int]):
+    def __init__(
+        self,
+        plan: FloorPlan,
+        parts: Sequence[Behaviour],
+        sizes: Sequence[int],
+        children: Sequence[ChildSpec | Behaviour] = (),
+    ):
         super().__init__(plan, sum(part.epsilon for part in parts) / len(parts))
-        self.parts, self.sizes = tuple(parts), tuple(sizes)
+        self.parts, self.sizes, self.children = tuple(parts), tuple(sizes), tuple(children) or tuple(parts)
         ends = np.cumsum([0, *sizes]).tolist()
         self._shares = [slice(*share) for share in itertools.pairwise(ends)]
 
@@ -253,7 +260,9 @@ def side_by_side(plan: FloorPlan, families: Sequence[Family], episodes: int) -> 
     check_different(families)
     sizes = [episodes] * len(families)
     made = [family.make(plan) for family in families]
-    return Family(tuple(SideBySide(plan, parts, sizes) for parts in zip(*made, strict=True)))
+    who = zip(*(family.children for family in families), strict=True)
+    each = zip(zip(*made, strict=True), who, strict=True)
+    return Family(tuple(SideBySide(plan, parts, sizes, children) for parts, children in each))
 
 
 def parts_of(family: Family) -> list[tuple[Family, int]]:
@@ -261,5 +270,5 @@ def parts_of(family: Family) -> list[tuple[Family, int]]:
     first = family.children[0]
     if not isinstance(first, SideBySide):
         return [(family, 1)]
-    children = [child.parts for child in family.children if isinstance(child, SideBySide)]
+    children = [child.children for child in family.children if isinstance(child, SideBySide)]
     return [(Family(tuple(parts)), size) for *parts, size in zip(*children, first.sizes, strict=True)]

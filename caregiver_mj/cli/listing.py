@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Callable
+from typing import Any
 
 from caregiver_mj.caregivers.registry import CAREGIVERS, DRIVER, PERSON, POLICIES
 from caregiver_mj.children.family import CHILDREN
@@ -26,7 +27,7 @@ _NO_CAREGIVERS = {  # names that stand in the place of a caregiver's
 }
 
 
-def _registered(registry: Registry[object]) -> dict[str, str]:
+def _registered(registry: Registry[Any]) -> dict[str, str]:
     """Return what is in a registry, and what is wrong with that which cannot be loaded."""
 
     def described(name: str) -> str:

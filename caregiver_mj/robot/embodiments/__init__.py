@@ -25,7 +25,7 @@ class _Makers(Registry[Callable[[], Embodiment]]):
 
 def _maker(name: str, summary: str) -> Callable[[], Embodiment]:
     def make() -> Embodiment:  # its module, and with it MuJoCo, is imported at the first call
-        return getattr(importlib.import_module(f"{__name__}.{name}"), name)()  # type: ignore[no-any-return]
+        return getattr(importlib.import_module(f"{__name__}.{name}"), name)()
 
     make.__doc__ = summary
     return make
