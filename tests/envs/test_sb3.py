@@ -85,11 +85,7 @@ def test_it_is_the_batch(adapter, kind, observation):
         np.testing.assert_array_equal(masks, info["action_mask"].astype(bool))
         actions = masks.argmax(axis=1)
         found, rewards, ended, infos = envs.step(actions)
-<<<<<<< HEAD
-        wanted, wants, _, _, info = batch.step(actions)
-=======
         wanted, wants, *_, info = batch.step(actions)
->>>>>>> a1817f1e (Example: learn in the batch by the adapter, with masks or without; families side by side keep their names)
         assert (rewards.dtype, ended.dtype) == (np.float32, bool)
         np.testing.assert_array_equal(rewards, wants.astype(np.float32))
         assert ended.all() == ended.any() == (step % 200 == 0)

@@ -50,11 +50,7 @@ def test_of_load():
     source = np.random.default_rng(3)
     assert (start(source) != start(source)).any()  # it is drawn from
     for wrong in (-1, 2**32, 0.5, "3"):
-<<<<<<< HEAD
-        with pytest.raises(CaregiverError, match=r"random, if no numpy.random.RandomState or Generator, must be"):
-=======
         with pytest.raises(CaregiverError, match=r"random, if no numpy\.random\.RandomState or Generator, must be"):
->>>>>>> a1817f1e (Example: learn in the batch by the adapter, with masks or without; families side by side keep their names)
             start(wrong)
 
 
