@@ -12,11 +12,11 @@ from gymnasium import spaces
 from hazard_policy import HazardPolicy
 from judge_targets import learnt, policies_of
 from sb3_contrib.common.maskable.utils import get_action_masks, is_masking_supported
-from sb3_vector import FromGymnasium
 from supervise_targets import damage_alone, new_model, train
 from targets_vector import Remembering
 
 from caregiver_mj.envs.houses_vector import GridHousesVector
+from caregiver_mj.envs.sb3 import BatchVecEnv
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 torch.set_num_threads(1)
@@ -30,7 +30,7 @@ def vector(episodes=6):
 
 
 def test_the_adapter_gives_what_the_vector_gives():
-    env, alone = FromGymnasium(Remembering(vector())), Remembering(vector())
+    env, alone = BatchVecEnv(Remembering(vector())), Remembering(vector())
     assert is_masking_supported(env)
     env.seed(4)
     observation, (wanted, info) = env.reset(), alone.reset(seed=4)
@@ -54,7 +54,7 @@ def test_the_adapter_gives_what_the_vector_gives():
 
 
 def test_in_which_place_a_hazard_is_does_not_matter():
-    env = FromGymnasium(Remembering(vector()))
+    env = BatchVecEnv(Remembering(vector()))
     policy = HazardPolicy(env.observation_space, env.action_space, lambda _: 1e-3)
     assert isinstance(env.observation_space, spaces.Dict)
     random = np.random.default_rng(0)
