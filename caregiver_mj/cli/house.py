@@ -1,4 +1,4 @@
-"""`caregiver-mj house`: looks at floor plans, and makes them."""
+"""`caregiver-mj house`: looks at floor plans, makes them, and exports their scenes."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.generator import generate
 from caregiver_mj.plans.hazards import KINDS
 from caregiver_mj.plans.shapes import SHAPES, generate_shape
+from caregiver_mj.robot.embodiments import EMBODIMENTS, find_embodiment
 
 # How `house show` paints each kind of cell, as a rich style.
 _STYLES = {WALL: "white on grey30", FREE: "grey50", BIN: "bold white on green4"} | {
@@ -36,7 +37,7 @@ _MOST_PROBLEMS = 20  # that `house check` tells of one file
 
 def add_house(house: argparse.ArgumentParser) -> None:
     """Add the commands of `house`, and their options."""
-    plans = house.add_subparsers(metavar="show|check|make", required=True)
+    plans = house.add_subparsers(metavar="show|check|make|export", required=True)
     for name, run, text in (
         ("show", _show, "print a floor plan in colour, with its objects counted"),
         ("check", _check, "say whether a floor plan is valid"),
@@ -54,6 +55,17 @@ def add_house(house: argparse.ArgumentParser) -> None:
     for name, what in _COUNTS.items():
         command.add_argument(f"--{name}", type=int, metavar=name[0].upper(), help=what)
     command.add_argument("--out", metavar="FILE", help="new file to write it to")
+    text = "write the scene of a house, with a child, as a file that MuJoCo loads without this package"
+    command = plans.add_parser("export", help=text, description=f"{text[0].upper()}{text[1:]}.")
+    command.set_defaults(run=_export)
+    command.add_argument("house", metavar="NAME|FILE", help=parsing.houses())
+    command.add_argument(
+        "--out",
+        required=True,
+        metavar="FILE",
+        help="new file: .xml, with pictures of the floors beside it, or .mjb, for this version of MuJoCo only",
+    )
+    command.add_argument("--robot", metavar="NAME", help=f"a robot in it: {', '.join(EMBODIMENTS)}, or module:object")
 
 
 def _show(arguments: argparse.Namespace) -> None:
@@ -127,3 +139,15 @@ def _make(arguments: argparse.Namespace) -> None:
     except OSError as error:
         raise CaregiverError(f"house make: '{arguments.out}' cannot be written: {error.strerror}") from None
     print(arguments.out)
+
+
+def _export(arguments: argparse.Namespace) -> None:
+    plan = FloorPlan.load(arguments.house)
+    robot = None if arguments.robot is None else find_embodiment(arguments.robot)
+    if robot is not None:
+        parsing.warn_of_no_room(plan)
+
+    from caregiver_mj.house.export import export_house  # here, for it takes seconds to import
+
+    for file in export_house(plan, arguments.out, robot):
+        print(file)

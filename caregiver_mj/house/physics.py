@@ -61,15 +61,7 @@ class Physics(OffscreenRendering, engine.Physics):
         embodiment = None if robot is False else find_embodiment(None if robot is True else robot)
         spec = build_house(plan, embodiment or False, table_positions, children, visuals, table_heights)
         TouchReader.add_sensors(spec, children)
-        model = spec.compile()
-        for number in map(model.numeric, range(model.nnumeric)):
-            thing, _, field = number.name.rpartition("/")
-            if field == "dof_length":  # how still it must be, as it turns, to fall asleep: its model says so
-                first = model.joint(f"{thing}/joint").dofadr[0] + 3
-                model.dof_length[first : first + 3] = number.data
-        if model.nv > _DENSE:
-            model.opt.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE
-        return cls(wrapper.MjData(wrapper.MjModel(model)), embodiment)
+        return cls(wrapper.MjData(wrapper.MjModel(compile_house(spec))), embodiment)
 
     # dm_control copies and pickles a simulation by its data alone, which do not say which robot it is, nor what its
     # actuators are about to be told.
@@ -367,6 +359,19 @@ def _raise_walls(physics: engine.Physics, scene: wrapper.MjvScene) -> None:
             geom.pos[2] = geom.size[2] = layout.CEILING / 2
         elif geom.matid == cap:  # on top of them
             geom.pos[2] = layout.CEILING
+
+
+def compile_house(spec: mujoco.MjSpec) -> mujoco.MjModel:
+    """Compile the scene of a house, and set what depends on its size or what a scene cannot say."""
+    model = spec.compile()
+    for number in map(model.numeric, range(model.nnumeric)):
+        thing, _, field = number.name.rpartition("/")
+        if field == "dof_length":  # how still it must be, as it turns, to fall asleep: its model says so
+            first = model.joint(f"{thing}/joint").dofadr[0] + 3
+            model.dof_length[first : first + 3] = number.data
+    if model.nv > _DENSE:
+        model.opt.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE
+    return model
 
 
 def _free_things(model: mujoco.MjModel, where: Where) -> tuple[tuple[HazardKind, ...], np.ndarray]:
