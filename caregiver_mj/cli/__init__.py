@@ -33,6 +33,7 @@ _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)  # when there is no
 # second to import: that of the command which is given alone is.
 _COMMANDS = {
     "evaluate": ("evaluate", "run caregivers with children and print the table"),
+    "paper": ("paper", "print the paper's Tables I and II beside ours, in half a minute"),
     "render": ("view", "film an episode in the physical house"),
     "view": ("view", "watch an episode in the physical house while it runs"),
     "report": ("runs", "write a page about finished runs: tables, figures, maps, film"),

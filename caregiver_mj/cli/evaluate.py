@@ -85,7 +85,7 @@ def _run(arguments: argparse.Namespace) -> None:
         folder = None
         if arguments.out is not None:
             folder = RunFolder(arguments.out, settings.record(), resume=arguments.resume)
-        result = _evaluate(settings, folder, executor, arguments)
+        result = evaluate_visibly(settings, folder, executor, arguments)
         console = output(arguments.json)
         print_table(result.summary, console)
         print_harm(result.summary, console)
@@ -120,7 +120,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
     return settings
 
 
-def _evaluate(
+def evaluate_visibly(
     settings: Settings, folder: RunFolder | None, executor: Executor, arguments: argparse.Namespace
 ) -> evaluation.Evaluation:
     """Run it, with a progress bar on standard error; a run that breaks off says how to go on."""

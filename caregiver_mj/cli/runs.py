@@ -43,7 +43,7 @@ _TITLES = {  # of a column, and what it is where there is little room
     "blocked": "block.",
     "done": "done",
 }
-_TO_THE_LEFT = ("caregiver", "verdict", "worst: house")  # columns; numbers stand to the right
+_TO_THE_LEFT = ("caregiver", "quantity", "verdict", "worst: house")  # columns; numbers stand to the right
 _HARM = "harm"  # the verdict that is red
 _LONGEST = 120  # letters of a setting that is not the same in two runs
 _WIDEST = 10_000  # letters of a line, more than there are in any

@@ -82,22 +82,12 @@ def write_report(
     on_page = None if shown is None else {"name": shown.caption, "data": shown.data()}
     sections, beside = [section(run) for run in runs], side_by_side(runs)
     several, cited = (any(part[what] for part in sections) for what in ("several", "cited"))
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("caregiver_mj.viz.report"),
-        autoescape=jinja2.select_autoescape(["html"]),
-        undefined=jinja2.StrictUndefined,
-        finalize=_shown,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    environment.filters["markdown"] = markdown
+    environment = _environment()
     environment.globals |= {
         "sections": sections,
         "beside": beside,
         "paper": published.PAPER,
         "nearest_is_the_rule": any(map(nearest_is_the_rule, runs)),
-        "stop": published_stop(),
         "harm_is": HOW,
         "cited": cited,
         "several": several,
@@ -127,6 +117,27 @@ def write_report(
 def _shown(value: Any) -> Any:
     """Return what the templates put in, without characters that are not seen: names come from outside."""
     return visible(value) if type(value) is str else value
+
+
+def causes() -> list[str]:
+    """Return why numbers in house `paper` differ from the paper's, in the report's own words."""
+    words: Any = _environment().get_template("words.txt").make_module({"cited": True, "nearest_is_the_rule": False})
+    return [str(words.fitted), str(words.epsilon)]
+
+
+def _environment() -> jinja2.Environment:
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("caregiver_mj.viz.report"),
+        autoescape=jinja2.select_autoescape(["html"]),
+        undefined=jinja2.StrictUndefined,
+        finalize=_shown,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    environment.filters["markdown"] = markdown
+    environment.globals["stop"] = published_stop()
+    return environment
 
 
 def _css(colour: Colour) -> str:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -48,6 +50,30 @@ def means(run: Run, column: str, family: str) -> tuple[float, float] | None:
     if others or only[0] or not compares_with(run):
         return None
     return PUBLISHED.get(column, {}).get(only[1])
+
+
+def deviations(run: Run) -> dict[str, list[dict[str, Any]]]:
+    """Return the rows of the paper's Tables I and II: our mean, its 95 % interval, the paper's, and ours less that.
+
+    Each is of a novice's share of random moves, without and with the caregiver; of the damage also of the share left.
+    """
+    found: dict[str, list[dict[str, Any]]] = {column: [] for column in PUBLISHED}
+    for family, column in itertools.product(run.families, PUBLISHED):
+        if (cited := means(run, column, family)) is None:
+            continue
+        quantities = [
+            (which, run.row(caregiver, family), column, paper)
+            for which, caregiver, paper in zip(("without", "with"), ("none", run.caregiver), cited, strict=True)
+        ]
+        if column == "damage_normalised":
+            left_here = run.compared(run.caregiver, "none", family)
+            quantities.append(("left", left_here, "damage_left", cited[1] / cited[0]))
+        for which, row, key, paper in quantities:
+            ours = row[key if key in row else f"{key}_mean"]
+            interval = {end: row[f"{key}_ci_{end}"] for end in ("low", "high")}
+            cells = {"epsilon": family, "quantity": which, "here": ours, **interval, "paper": paper}
+            found[column].append(cells | {"deviation": None if ours is None else ours - paper})
+    return found
 
 
 def series(run: Run, column: str, families: Sequence[str], with_caregiver: bool) -> np.ndarray:
