@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import numbers
+from collections.abc import Sequence
 from typing import Any
 
 LARGEST_SEED = 2**32 - 1  # of NumPy's `RandomState`
@@ -18,14 +19,16 @@ class FloorPlanError(CaregiverError):
 
     Attributes:
         problems: All that is wrong with it, the message first.
+        excerpts: For each of these two lines of text, the plan's line and a mark below the column; or none.
     """
 
-    def __init__(self, *problems: str):
+    def __init__(self, *problems: str, excerpts: Sequence[str] = ()):
         super().__init__(problems[0])
         self.problems = problems
+        self.excerpts = tuple(excerpts) or ("",) * len(problems)
 
-    def __reduce__(self) -> tuple[type[FloorPlanError], tuple[str, ...]]:
-        return type(self), self.problems
+    def __reduce__(self) -> tuple[type[FloorPlanError], tuple[str, ...], dict[str, tuple[str, ...]]]:
+        return type(self), self.problems, {"excerpts": self.excerpts}
 
 
 class UnknownOptionError(CaregiverError, TypeError):

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shlex
 import subprocess
 import sys
@@ -22,14 +23,16 @@ PLAN = """\
 
 
 def fails(capsys, argv):
-    """Runs the command, which must refuse its input; returns its one line."""
+    """Runs the command, which must refuse its input; returns its one line, without a floor plan's line below it."""
     assert cli.main([str(a) for a in argv]) == 2
     out, err = capsys.readouterr()
     assert out == ""
     assert err.startswith("caregiver-mj: ")
     assert err.endswith("\n")
-    assert err.count("\n") == 1
-    return err
+    message, *excerpt = err.splitlines(keepends=True)
+    assert len(excerpt) in (0, 2)
+    assert all(re.match(r"  +(\d+ )?\| ", line) for line in excerpt)
+    return message
 
 
 @pytest.mark.parametrize(
@@ -89,7 +92,7 @@ def test_house_check_says_all_that_is_wrong(capsys, tmp_path):
     assert cli.main(["house", "check", str(tmp_path / "bad.txt")]) == 2
     out, err = capsys.readouterr()
     assert out == ""
-    lines = err.splitlines()
+    lines = [line for line in err.splitlines() if not line.startswith("  ")]
     assert all(line.startswith("caregiver-mj: floor plan 'bad' ") for line in lines)
     words = ["line 4, column 4: this free cell", "line 2, column 5: this stairwell", "no toy bin", "no bare table"]
     assert len(lines) == len(words)
@@ -97,10 +100,31 @@ def test_house_check_says_all_that_is_wrong(capsys, tmp_path):
     assert lines[0] in fails(capsys, ["house", "show", tmp_path / "bad.txt"])  # the first of them, elsewhere
     (tmp_path / "prose.txt").write_text("#####\n" + "Words.\n" * 200)  # no floor plan: the first twenty
     assert cli.main(["house", "check", str(tmp_path / "prose.txt")]) == 2
-    lines = capsys.readouterr().err.splitlines()
+    lines = [line for line in capsys.readouterr().err.splitlines() if not line.startswith("  ")]
     assert len(lines) == 21
     assert "line 1, column 6: the row has 5 cells, but most have 6" in lines[0]
     assert lines[-1] == "caregiver-mj: and 181 more"
+
+
+@pytest.mark.parametrize("command", ["show", "check"])
+def test_the_place_in_a_floor_plan_is_shown(capsys, tmp_path, command):
+    (tmp_path / "bad.txt").write_text("\n" * 7 + "#####\n#B.S#\n#.\x1b[#\n#C.T#\n#####\n")
+    assert cli.main(["house", command, str(tmp_path / "bad.txt")]) == 2
+    message, *excerpt = capsys.readouterr().err.splitlines()
+    assert "line 10, column 3: '\\x1b'" in message
+    assert excerpt == ["  10 | #.?[#", "     |   ^"]
+
+
+def test_all_places_in_a_floor_plan_are_shown_and_a_part_of_long_lines(capsys, tmp_path):
+    wall, wide = "#" * 300, "#B" + "." * 200 + "x" + "." * 95 + "T#"
+    (tmp_path / "bad.txt").write_text(f"{wall}\n{wide}\n{wall[1:]}\n")
+    assert cli.main(["house", "check", str(tmp_path / "bad.txt")]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert "line 2, column 203: 'x'" in lines[0]
+    assert lines[1] == f"  2 | {'.' * 50}x{'.' * 49}"
+    assert lines[2] == f"    | {' ' * 50}^"
+    assert "line 3, column 300: the row has 299 cells" in lines[3]
+    assert lines[4:] == [f"  3 | {'#' * 50}", f"    | {' ' * 50}^"]  # where the missing one would be
 
 
 def test_files_of_odd_bytes(capsys, tmp_path):

@@ -13,11 +13,12 @@ import io
 import os
 import signal
 import sys
+import textwrap
 import threading
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from caregiver_mj.errors import CaregiverError, RenderingError
+from caregiver_mj.errors import CaregiverError, FloorPlanError, RenderingError
 from caregiver_mj.outside import plain, visible
 from caregiver_mj.registry import modules_of_the_folder
 
@@ -99,7 +100,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             if sys.stdout is not None:  # as it is if it was closed
                 sys.stdout.flush()
     except CaregiverError as error:
-        return _fail(error, _status(error))
+        return fail(error, _status(error))
     except BrokenPipeError:  # the reader of our output has gone, as `head` does
         _silence()
         return 1
@@ -107,9 +108,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         if error.errno not in _FULL:
             raise
         _silence()
-        return _fail(f"the output cannot be written: {error.strerror}", 1)
+        return fail(f"the output cannot be written: {error.strerror}", 1)
     except KeyboardInterrupt as error:
-        return _fail(str(error) or "interrupted", 1)
+        return fail(str(error) or "interrupted", 1)
     return 0
 
 
@@ -159,8 +160,11 @@ def _status(error: CaregiverError) -> int:
     return 1 if isinstance(error, RenderingError | StorageError | WorkerError) else 2
 
 
-def _fail(error: object, status: int) -> int:
+def fail(error: object, status: int = 2) -> int:
+    """Say on standard error what is wrong, with the line of the floor plan where it is there; return the status."""
     # One line where the input is bad, whatever it or the name of a file may hold.
     message = plain(error) if status == 2 else visible(str(error)[:_LONGEST_FAILURE])
     print(f"{PROGRAM}: {message}", file=sys.stderr)
+    if isinstance(error, FloorPlanError) and error.excerpts[0]:
+        print(textwrap.indent(error.excerpts[0], "  "), file=sys.stderr)
     return status

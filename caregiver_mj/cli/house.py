@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import sys
 
 import rich.console
 import rich.text
 
-from caregiver_mj.cli import PROGRAM, parsing
+from caregiver_mj.cli import fail, parsing
 from caregiver_mj.errors import CaregiverError, FloorPlanError
 from caregiver_mj.plans.cell_graph import BIN, FREE, LEGEND, WALL
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -89,12 +88,15 @@ def _check(arguments: argparse.Namespace) -> None:
     try:
         plan = FloorPlan.load(arguments.house)
     except FloorPlanError as error:
-        lines = list(error.problems[:_MOST_PROBLEMS])
-        if more := len(error.problems) - len(lines):
-            lines.append(f"and {more:,} more")
-        for problem in lines[:-1]:  # a line each, and the last one as of any other error
-            print(f"{PROGRAM}: {problem}", file=sys.stderr)
-        raise FloorPlanError(lines[-1]) from None
+        found = [
+            FloorPlanError(problem, excerpts=[excerpt])
+            for problem, excerpt in zip(error.problems, error.excerpts, strict=True)
+        ]
+        if more := len(found[_MOST_PROBLEMS:]):
+            found[_MOST_PROBLEMS:] = [FloorPlanError(f"and {more:,} more")]
+        for one in found[:-1]:
+            fail(one)
+        raise found[-1] from None
     print(f"OK: {plan.name}, {describe(plan)}")
     parsing.warn_of_no_room(plan)
 

@@ -34,6 +34,8 @@ from caregiver_mj.plans.hazards import KINDS, DamageWeights, Hazards, Where, kin
 
 _FENCED = tuple(kind.symbol for kind in KINDS if kind.fenced)
 _LARGEST_CELL = 1e3  # metres
+_EXCERPT = 100  # characters of a line that an error shows at most
+_Problem = tuple[str, str]  # what is wrong, and the excerpt of `FloorPlanError` that shows it
 DEFAULT_CELL_SIZE = 0.75  # metres; a toddler's timestep at 1.6 km/h is then 1.69 s
 
 
@@ -318,15 +320,21 @@ def validate(plan: FloorPlan, first_line: int) -> None:
     # One after the other: what is asked next would be in vain, or follow from what is wrong already.
     for problems in (_of_rows, _of_border, _of_cells):
         if found := list(problems(plan, first_line)):
-            raise FloorPlanError(*found)
+            messages, excerpts = zip(*found, strict=True)
+            raise FloorPlanError(*messages, excerpts=excerpts)
 
 
-def _at(plan: FloorPlan, first_line: int, cell: Cell, problem: str) -> str:
+def _at(plan: FloorPlan, first_line: int, cell: Cell, problem: str) -> _Problem:
     row, column = cell
-    return f"floor plan '{plan.name}' line {row + first_line}, column {column + 1}: {problem}"
+    line = str(row + first_line)
+    first = max(0, column - _EXCERPT // 2)
+    # What is no ASCII may be wide, or change the direction of the text.
+    shown = "".join(one if " " <= one <= "~" else "?" for one in plan.rows[row][first : first + _EXCERPT])
+    excerpt = f"{line} | {shown}\n{' ' * len(line)} | {' ' * (column - first)}^"
+    return f"floor plan '{plan.name}' line {line}, column {column + 1}: {problem}", excerpt
 
 
-def _of_rows(plan: FloorPlan, first_line: int) -> Iterator[str]:
+def _of_rows(plan: FloorPlan, first_line: int) -> Iterator[_Problem]:
     ((width, _),) = collections.Counter(map(len, plan.rows)).most_common(1)
     legend = ", ".join(f"{k} ({n})" for k, (n, _) in LEGEND.items())
     for r, row in enumerate(plan.rows):
@@ -339,7 +347,7 @@ def _of_rows(plan: FloorPlan, first_line: int) -> Iterator[str]:
             yield _at(plan, first_line, (r, min(len(row), width)), problem)
 
 
-def _of_border(plan: FloorPlan, first_line: int) -> Iterator[str]:
+def _of_border(plan: FloorPlan, first_line: int) -> Iterator[_Problem]:
     border = np.ones(plan.shape, bool)
     border[1:-1, 1:-1] = False
     open_ = border & (plan.symbols != WALL)
@@ -357,7 +365,7 @@ def _and_more(wrong: list[int]) -> str:
     return f", and {len(wrong) - 1} more in this line" if len(wrong) > 1 else ""
 
 
-def _of_cells(plan: FloorPlan, first_line: int) -> Iterator[str]:
+def _of_cells(plan: FloorPlan, first_line: int) -> Iterator[_Problem]:
     start, cut_off = plan.free_cells[0], np.flatnonzero(~plan.graph.is_connected()).tolist()
     if cut_off:
         more = f", nor are {len(cut_off) - 1} more" if len(cut_off) > 1 else ""
@@ -378,7 +386,8 @@ def _of_cells(plan: FloorPlan, first_line: int) -> Iterator[str]:
             yield _at(plan, first_line, cell, f"this {LEGEND[plan[cell]][0]} ({plan[cell]}) {problem}")
     everywhere = f"in lines {first_line} to {first_line + height - 1}, columns 1 to {width}"
     if not plan.bins:
-        yield f"floor plan '{plan.name}' has no toy bin (B) {everywhere}: the child has nowhere to go"
+        yield f"floor plan '{plan.name}' has no toy bin (B) {everywhere}: the child has nowhere to go", ""
     if plan.candle_tables and len(plan.candle_tables) == len(plan.tables):
         things = " or ".join(dict.fromkeys(hazard.kind.name for hazard in plan.hazards.at(Where.ON_TABLE)))
-        yield f"floor plan '{plan.name}' has no bare table ({TABLE}) {everywhere}: there is nowhere to take a {things}"
+        problem = f"has no bare table ({TABLE}) {everywhere}: there is nowhere to take a {things}"
+        yield f"floor plan '{plan.name}' {problem}", ""

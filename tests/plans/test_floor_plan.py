@@ -1,5 +1,7 @@
 """Floor plans: what is refused and why, what loads, and what stands where."""
 
+import pickle
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -58,7 +60,9 @@ def test_one_bad_line_is_one_problem(row, line, problem):
     rows[row] = line
     with pytest.raises(FloorPlanError, match=problem) as error:
         FloorPlan.parse("\n".join(rows))
-    assert len(error.value.problems) == 1
+    assert len(error.value.problems) == len(error.value.excerpts) == 1
+    again = pickle.loads(pickle.dumps(error.value))  # as from a worker process
+    assert (str(again), again.excerpts) == (str(error.value), error.value.excerpts)
 
 
 def test_lines_are_counted_from_the_top_of_the_file_and_blanks_do_not_matter():
