@@ -22,6 +22,7 @@ from caregiver_mj.experiments.blocks import run_block
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.outside import plain
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.tasks import TASKS
 from caregiver_mj.viz import OVERLAYS
@@ -140,7 +141,15 @@ def _view(arguments: argparse.Namespace) -> None:
     keep = None
     if arguments.out is not None:
         watched, keep = _next_of_run(arguments, watched)
-    start = functools.partial(Session, watched, speed=arguments.speed, playing=not arguments.paused, ended=keep)
+
+    def start() -> Session:
+        where = "for a browser" if arguments.web else "for a window"
+        house, robot = arguments.house, arguments.embodiment
+        print(
+            plain(f"preparing {house}, {robot} with {who}, epsilon {family}, {where} ..."), file=sys.stderr, flush=True
+        )
+        return Session(watched, speed=arguments.speed, playing=not arguments.paused, ended=keep)
+
     viewer: WebViewer | Window
     if arguments.web:
         from caregiver_mj.viz.viewers.web import WebViewer, check_address
