@@ -47,10 +47,10 @@ def test_the_adapter_gives_what_the_vector_gives():
         if step == 200:  # there the one has already begun anew, and the other has not
             assert all(np.array_equal(infos[1]["terminal_observation"][key], wanted[key][1]) for key in wanted)
             assert infos[1]["TimeLimit.truncated"]
-            assert [one["damage"] for one in infos] == info["outcome"]["damage"].tolist()
+            assert [one["outcome"]["damage"] for one in infos] == info["outcome"]["damage"].tolist()
             wanted, info = alone.reset()
         else:
-            assert infos == [{}] * 6
+            assert not any("terminal_observation" in one for one in infos)
 
 
 def test_in_which_place_a_hazard_is_does_not_matter():
