@@ -69,4 +69,4 @@ def test_a_policy_is_copied_with_its_environment():
     for _ in range(300):
         timestep, seen = env.step(policy(timestep)), other.step(others(seen))
     np.testing.assert_array_equal(env.physics.data.qpos, other.physics.data.qpos)
-    assert abs(env.physics.base_velocity()).max() >= 0
+    assert abs(env.physics.base_velocity()).max() > 0.01  # m/s: it drives
