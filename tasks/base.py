@@ -27,7 +27,7 @@ from caregiver_mj.house.task_info import TaskInfo
 from caregiver_mj.house.things import Things
 from caregiver_mj.interventions.verb import Intervention
 from caregiver_mj.plans import layout
-from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.floor_plan import FloorPlan, check_starts
 from caregiver_mj.plans.hazards import HazardKind, State
 from caregiver_mj.plans.visibility import PLACES, Sight
 from caregiver_mj.recording.contacts import Contacts
@@ -187,11 +187,8 @@ class CareTask(control.Task):
         self._candle_offset = candle_offset
         self._steps_a_move = round(self.novice_timestep / control_timestep)
         self._control_steps = 0
-        cells, need = len(plan.starts), len(self.children) + 1
-        if robot and not plan.landings and cells < need:
-            raise CaregiverError(
-                f"house '{plan.name}' must have at least {need} free cells, for children and robot, got {cells}"
-            )
+        if robot:
+            check_starts(plan, len(self.children))
         self._check_house()
 
     def _check_house(self) -> None:

@@ -56,6 +56,7 @@ def fails(capsys, argv):
         (["render", "--out", f"{'x' * 300}.mp4"], ["cannot be written", "too long"]),
         (["render", "--out", "film.mp4", "--child", "adversary:0"], ["a name alone", "use --epsilon adversary:0"]),
         (["render", "--out", "film.mp4", "--overlay", "rain"], ["--overlay", "rain", "danger"]),
+        (["compare", "a"], ["required: SECOND"]),
         (["house", "show", "two\nlines"], ["two lines"]),
         (["house", "check", "test-100/100"], ["test-100/0 to test-100/99"]),
         (["house", "make", "--size", "10"], ["--size", "14x12", "'10'"]),
@@ -125,6 +126,19 @@ def test_all_places_in_a_floor_plan_are_shown_and_a_part_of_long_lines(capsys, t
     assert lines[2] == f"    | {' ' * 50}^"
     assert "line 3, column 300: the row has 299 cells" in lines[3]
     assert lines[4:] == [f"  3 | {'#' * 50}", f"    | {' ' * 50}^"]  # where the missing one would be
+
+
+def test_a_house_without_room_for_child_and_robot(capsys, tmp_path):
+    (tmp_path / "cupboard.txt").write_text("####\n#.B#\n####\n")
+    house, least = str(tmp_path / "cupboard.txt"), "at least 2 free cells, for children and robot, got 1"
+    assert cli.main(["house", "check", house]) == 0
+    out, err = capsys.readouterr()
+    assert out.startswith("OK: cupboard, 4 x 3 cells")
+    assert "warning: for the grid only: in MuJoCo" in err
+    assert least in err
+    assert least in fails(capsys, ["evaluate", "--house", house, "--out", tmp_path / "run"])
+    assert not (tmp_path / "run").exists()  # before the first episode
+    assert cli.main(["evaluate", "--house", house, "--caregiver", "none", "--epsilon", "1", "--episodes", "1"]) == 0
 
 
 def test_files_of_odd_bytes(capsys, tmp_path):

@@ -15,8 +15,9 @@ from caregiver_mj.cli import PROGRAM
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.run_folder import StorageError, read_block
 from caregiver_mj.experiments.workers import Executor, LocalExecutor
+from caregiver_mj.outside import plain
 from caregiver_mj.plans import floor_plan
-from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.floor_plan import FloorPlan, check_starts
 from caregiver_mj.plans.generator import is_drivable
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.plans.sets import SETS, houses_named
@@ -251,9 +252,13 @@ def _answers_of(folder: pathlib.Path, block: str) -> str:
 
 def warn_of_no_room(plan: FloorPlan) -> None:
     """Write a line to standard error if the robot cannot do all of its work in a house."""
-    alone = not plan.landings and len(plan.starts) < 2  # a child and the robot start in cells of their own
-    if alone or not is_drivable(plan):
-        print(f"{PROGRAM}: warning: the robot has no room to get to all that it needs in {plan.name}", file=sys.stderr)
+    try:
+        check_starts(plan)
+        wrong = "" if is_drivable(plan) else f"the robot has no room to get to all that it needs in {plan.name}"
+    except CaregiverError as error:
+        wrong = f"for the grid only: in MuJoCo, {error}"
+    if wrong:
+        print(f"{PROGRAM}: warning: {plain(wrong)}", file=sys.stderr)
 
 
 def broken_off(

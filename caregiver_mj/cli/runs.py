@@ -95,7 +95,7 @@ def add_submit(command: argparse.ArgumentParser) -> None:
     """Add the options of `submit`."""
     command.set_defaults(run=_submit)
     command.add_argument("folder", metavar="DIR", help="folder of the run")
-    command.add_argument("--out", required=True, metavar="FILE.submission", help="file to write")
+    command.add_argument("--out", required=True, metavar="FILE.submission", help="new file to write")
     command.add_argument("--title", default="", metavar="TEXT", help="what it is to be called")
     command.add_argument("--authors", default="", metavar="TEXT", help="whose it is")
     command.add_argument("--notes", default="", metavar="TEXT", help="what there is to know about it")

@@ -19,7 +19,7 @@ from caregiver_mj.children.tape import Tape
 from caregiver_mj.errors import CaregiverError, check_integer, check_kind
 from caregiver_mj.experiments.provenance import origins, source_digest, versions
 from caregiver_mj.outside import plain
-from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.floor_plan import FloorPlan, check_starts
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.plans.visibility import Sight
 from caregiver_mj.robot.embodiment import DEFAULT
@@ -191,6 +191,9 @@ class Settings:
         from caregiver_mj.robot.embodiments import find_embodiment
 
         find_embodiment(self.embodiment)
+        if self.world == "house" and set(self.caregivers) - {"none", FLOOR}:
+            for plan, family in itertools.product(self.plans, self.families):
+                check_starts(plan, len(family))
 
     def record(self) -> dict[str, Any]:
         """Return the settings and versions as JSON, to tell whether two runs can be one."""

@@ -99,12 +99,14 @@ def submit(run: str | os.PathLike[str], path: str | os.PathLike[str], card: Mapp
         What ran.
 
     Raises:
-        CaregiverError: The run is not finished, or does not have what its caregivers answered, or the file cannot be
-            written.
+        CaregiverError: The run is not finished, or does not have what its caregivers answered, or the file exists or
+            cannot be written.
     """
     found, path = read_finished(run), pathlib.Path(path)
     if path.suffix != SUFFIX:
         raise CaregiverError(f"the file must be called FILE{SUFFIX}, got '{path}'")
+    if os.path.lexists(path):
+        raise CaregiverError(f"the file must be a new one, got '{path}', which exists")
     if "pooled" in found.record:
         raise CaregiverError(f"the run in '{run}' must be one run, got several pooled: submit each of them")
     extended_at = _extended_at(found.settings, found.record)

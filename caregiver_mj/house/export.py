@@ -15,7 +15,7 @@ from caregiver_mj.house.physics import Physics, compile_house
 from caregiver_mj.house.rendering import wrapper
 from caregiver_mj.house.scene import build_house, child_joints
 from caregiver_mj.house.touch import TouchReader
-from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.floor_plan import FloorPlan, check_starts
 from caregiver_mj.robot.embodiment import Embodiment
 
 _START = "start"  # the keyframe in which child and robot stand in cells of their own, and gates are open
@@ -41,6 +41,8 @@ def export_house(plan: FloorPlan, file: str | pathlib.Path, robot: Embodiment | 
     file = pathlib.Path(file)
     if file.suffix not in (".xml", ".mjb"):
         raise CaregiverError(f"a scene's file must end in .xml or .mjb, got '{file}'")
+    if robot is not None:
+        check_starts(plan)
     spec = build_house(plan, robot or False)
     TouchReader.add_sensors(spec, 1)
     model = compile_house(spec)

@@ -306,6 +306,15 @@ def check_house(made: Any, plan: FloorPlan) -> None:
         )
 
 
+def check_starts(plan: FloorPlan, children: int = 1) -> None:
+    """Raise CaregiverError unless children and a robot can start in cells of their own."""
+    cells, need = len(plan.starts), children + 1
+    if not plan.landings and cells < need:
+        raise CaregiverError(
+            f"house '{plan.name}' must have at least {need} free cells, for children and robot, got {cells}"
+        )
+
+
 def house_names() -> tuple[str, ...]:
     """Return the names of the floor plans that come with the package."""
     return tuple(sorted(f.name.removesuffix(".txt") for f in _houses_folder().iterdir() if f.name.endswith(".txt")))

@@ -393,3 +393,10 @@ def test_what_cannot_be_submitted(packed, folder, tmp_path, capsys):
     assert "holds no run" in error
     assert "answered, got nothing" in error
     assert not (tmp_path / "a.submission").exists()
+
+
+def test_a_file_that_exists_is_not_written_over(packed, folder, capsys):
+    before = packed.read_bytes()
+    assert run("submit", folder / "run", "--out", packed) == 2
+    assert f"must be a new one, got '{packed}', which exists" in capsys.readouterr().err
+    assert packed.read_bytes() == before

@@ -2,7 +2,9 @@
 
 import dataclasses
 import json
+import os
 import re
+import sys
 
 import imageio_ffmpeg
 import numpy as np
@@ -226,3 +228,16 @@ def test_refused(tmp_path, capsys):
         (whole / name).write_bytes(content)
     (whole / "maps.parquet").unlink()
     assert "maps.parquet" in fails(capsys, ["report", whole])
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="file names are text elsewhere")
+@pytest.mark.usefixtures("words_alone")
+def test_a_house_file_whose_name_is_not_utf_8(capsys, tmp_path):
+    house = os.fsdecode(os.path.join(os.fsencode(tmp_path), b"h\xff.txt"))
+    with open(house, "w") as file:
+        file.write("#####\n#B.S#\n#...#\n#C.T#\n#####\n")
+    argv = ["evaluate", "--world", "grid", "--house", house, "--epsilon", "1", "--episodes", "2"]
+    assert cli.main([*argv, "--out", str(tmp_path / "run")]) == 0
+    assert cli.main(["report", str(tmp_path / "run")]) == 0
+    assert "Traceback" not in capsys.readouterr().err
+    assert "h?" in (tmp_path / "run" / "tables.md").read_text("utf-8")
