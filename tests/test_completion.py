@@ -42,6 +42,7 @@ def bash(tmp_path_factory):
         (["evaluate", "--caregiver", "none", "cl"], {"clairvoyant"}),
         (["evaluate", "--houses", "te"], {"test-100", "tenement", "terrace"}),
         (["render", "--child", "ad"], {"adversary"}),
+        (["house", "export", "--robot", "mobile_f"], {"mobile_fr3"}),
     ],
 )
 def test_words_are_completed(bash, words, offered):

@@ -57,6 +57,7 @@ def script(parser: argparse.ArgumentParser, shell: str) -> str:
         "caregiver": caregivers,
         "child": CHILDREN,
         "embodiment": EMBODIMENTS,
+        "robot": EMBODIMENTS,
         "houses": [*(f"{name}-100" for name in FIRST_SEEDS), f"drawn-{len(DRAWN)}", *names],
         "task": TASKS,
         # Where a command takes others than the rest do.

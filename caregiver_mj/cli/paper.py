@@ -37,7 +37,7 @@ def add_paper(command: argparse.ArgumentParser) -> None:
     command.set_defaults(run=_run, resume=False)
     command.description = (
         "Run the paper's experiment in the grid of house `paper`, and print its Tables I and II beside the paper's own "
-        "numbers, with 95 %% intervals, deviations and their known causes."
+        "numbers, with 95 % intervals, deviations and their known causes."
     )
     command.add_argument("--episodes", type=int, default=1000, metavar="N", help="number of episodes for each cell")
     parsing.add_seed(command)
