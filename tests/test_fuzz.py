@@ -47,7 +47,7 @@ def status(argv):
     assert found in (0, 1, 2)
     assert "Traceback" not in text
     if found:
-        last = text.splitlines()[-1]
+        (*_, last) = (line for line in text.splitlines() if not line.startswith("  "))  # below it, a plan's line
         assert last.startswith("caregiver-mj: ")
         assert len(last) > len("caregiver-mj: ")
     if found == 2:
