@@ -144,10 +144,8 @@ def _view(arguments: argparse.Namespace) -> None:
 
     def start() -> Session:
         where = "for a browser" if arguments.web else "for a window"
-        house, robot = arguments.house, arguments.embodiment
-        print(
-            plain(f"preparing {house}, {robot} with {who}, epsilon {family}, {where} ..."), file=sys.stderr, flush=True
-        )
+        told = f"preparing house {arguments.house}, children {family}, caregiver {who}, {where} ..."
+        print(plain(told), file=sys.stderr, flush=True)  # a caregiver that plans may take half a minute
         return Session(watched, speed=arguments.speed, playing=not arguments.paused, ended=keep)
 
     viewer: WebViewer | Window
