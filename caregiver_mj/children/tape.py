@@ -25,7 +25,7 @@ def random_state(random: Random) -> np.random.RandomState:
     if isinstance(random, np.random.Generator):
         return np.random.RandomState(random.bit_generator)
     if random is not None:
-        check_integer("random, if no numpy.random.RandomState or Generator,", random, 0, LARGEST_SEED)
+        check_integer("the seed of an episode", random, 0, LARGEST_SEED)
     return np.random.RandomState(random)
 
 
