@@ -23,7 +23,7 @@ class RobotBody:
         base: Positions x, y (m) and yaw (rad) of the base, and their rates, (3,) each.
         arm: Positions and velocities of the arm's joints, (joints,) each, rad.
         fingers: How far each finger stands off the middle, and how fast that changes, (2,) each, m.
-        wheels: Angles and rates of the wheels, (4,) each, rad.
+        wheels: Headings of the wheels in the base, and their rates, (4,) each, rad.
         base_body: Number of the base's body.
         base_drives: Velocities that the base's actuators are told, (3,), m/s and rad/s.
         ramp: What its actuators are told from physics step to physics step.
@@ -70,11 +70,12 @@ class RobotBody:
         np.maximum(self._targets, self._lowest, out=self._targets)
         np.minimum(self._targets, self._highest, out=self._targets)
         self.ramp.lead_to(self._targets, steps)
-        # The wheels turn as the base moves. They bear no load.
+        # The wheels turn to where the base moves. They bear no load.
         x, y, turn = self.base[1].tolist()
         yaw = float(self.base[0][2])
         c, s = math.cos(yaw), math.sin(yaw)
-        self.wheels[1][:] = self.embodiment.wheels.rates(c * x + s * y, c * y - s * x, turn)
+        headings = self.wheels[0].tolist()
+        self.wheels[1][:] = self.embodiment.wheels.steer(headings, c * x + s * y, c * y - s * x, turn)
 
     def place(self, base: np.ndarray, arm: np.ndarray | None = None) -> None:
         """Put the robot somewhere, its hand open: base pose (3,) and arm joints (joints,), tucked if not given."""

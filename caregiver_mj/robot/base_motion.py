@@ -9,7 +9,7 @@ import numpy as np
 
 from caregiver_mj.robot.base_path import BasePath, direction, without_repeats
 from caregiver_mj.robot.geometry import Vector
-from caregiver_mj.robot.limits import Limits
+from caregiver_mj.robot.limits import Limits, RobotLimits
 from caregiver_mj.robot.scalar_motion import NOTHING, PathError, ScalarMotion
 
 _CORNER_DEVIATIONS = (0.2, 0.12, 0.06)  # metres by which corners of a path are cut, if there is room
@@ -35,6 +35,7 @@ class BaseMotion:
         now: The present time.
         led_off: How often the base has given its path up: it had been led off it, or could not stop in time on it.
         is_watched: Whether it has been said how fast the base may drive, and turn, at this control timestep.
+        limits: Those of the robot that are in force: with something in its hand they are lower.
         stops: Whether it has, and has had no other one since: it comes to rest as soon as it can.
     """
 
@@ -45,9 +46,8 @@ class BaseMotion:
     _playback: ScalarMotion
     _rate: float  # that was asked for last
 
-    def __init__(self, limits: Limits, bounds: Limits, told: Limits):
-        # Of a path; of path and rate together; of all that the base is told: see `RobotLimits`.
-        self._base_limits, self._bounds, self._told_limits = limits, bounds, told
+    def __init__(self, limits: RobotLimits):
+        self.limits = limits  # that are in force
         self._looked_up: tuple[float, tuple[Vector, Vector, Vector]] | None = None  # the last moment, and its motion
 
     def drive_along(self, points: Sequence[Vector], is_clear: Callable[[np.ndarray], bool]) -> None:
@@ -66,7 +66,7 @@ class BaseMotion:
         if brakes and self._path is not None:
             _, velocity, acceleration = self._path.at(self._playback.at(self.now)[0])
         for deviation in _CORNER_DEVIATIONS:
-            path = BasePath(points, self._base_limits, velocity, acceleration, deviation)
+            path = BasePath(points, self.limits.base, velocity, acceleration, deviation)
             times = np.arange(0.0, path.duration, _CHECK_INTERVAL).tolist()
             if is_clear(np.array([path.at(time)[0] for time in times]).reshape(-1, 2)):
                 break
@@ -99,7 +99,7 @@ class BaseMotion:
         self._hold(position)
         self.stops = True
         if math.hypot(*velocity) > _AT_REST:
-            self._path = BasePath.to_rest(position, velocity, acceleration, self._told_limits)
+            self._path = BasePath.to_rest(position, velocity, acceleration, self.limits.as_told)
             self._playback = ScalarMotion(Limits(1.0, 1.0, 1.0), 0.0)
             self._playback.run_at(1.0, self.now, at_once=True)
 
@@ -216,7 +216,8 @@ class BaseMotion:
 
         At a rate r the base's acceleration is r^2 times the path's, and the rate's change times the path's velocity.
         """
-        most = self._bounds.acceleration
+        bounds = self.limits.together
+        most = bounds.acceleration
         along, rate, _ = self._playback.at(self.now)
         way = 1.0 if self._rate > rate else -1.0
         left, fastest = 2.0 * most, _SLOW
@@ -228,7 +229,7 @@ class BaseMotion:
             across = rate * rate * (vx * ay - vy * ax) / speed
             left = min(left, math.sqrt(max(0.0, most * most - across * across)) - way * with_it)
             fastest = max(fastest, speed)
-        return Limits(1.0, max(left, _LEAST_SHARE * most) / fastest, self._bounds.jerk / fastest)
+        return Limits(1.0, max(left, _LEAST_SHARE * most) / fastest, bounds.jerk / fastest)
 
 
 def _leads_on(points: Sequence[Vector], velocity: Vector) -> bool:

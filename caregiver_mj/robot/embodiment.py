@@ -30,6 +30,7 @@ from caregiver_mj.plans import layout
 from caregiver_mj.robot.limits import RobotLimits
 
 DEFAULT = "mobile_fr3"  # the robot where no other is named
+_ROLLS, _STEERS = 0.01, 20.0  # m/s from which on a wheel is steered, and 1/s: from its error to the rate of its turn
 
 
 @dataclasses.dataclass(frozen=True)
@@ -41,7 +42,7 @@ class Names:
         fingers: Joints of the left and of the right finger.
         chain: Bodies of the arm between which it bends, from the shoulder to the wrist.
         base: Joints along x, along y and about z.
-        wheels: Joints at the front left and right, then at the rear left and right.
+        wheels: Joints that steer those at the front left and right, then at the rear left and right.
     """
 
     arm: tuple[str, ...]
@@ -70,23 +71,32 @@ class Layout:
 
 @dataclasses.dataclass(frozen=True)
 class Wheels:
-    """Four wheels that go any way: mecanum wheels in parallel, or omnidirectional ones across the corners.
+    """Four driven wheels, each of which is steered about its middle.
 
     Attributes:
-        radius: Of the wheels; times the square root of 2 for those across the corners, whose ways are diagonal.
-        lever: Half the wheelbase and half the track together.
         places: Where each is, x ahead of the base's middle and y to its left.
     """
 
-    radius: float
-    lever: float
     places: tuple[tuple[float, float], ...]
 
-    def rates(self, ahead: float, aside: float, turn: float) -> tuple[float, float, float, float]:
-        """Return rates of turning, in the order of `Names.wheels`, from the base's velocity in its own axes."""
-        ahead, aside, turn = ahead / self.radius, aside / self.radius, turn * self.lever / self.radius
-        left, right = ahead - turn, ahead + turn
-        return left - aside, right + aside, left + aside, right - aside
+    def steer(self, headings: Sequence[float], ahead: float, aside: float, turn: float) -> list[float]:
+        """Return the rates at which wheels turn to where they go, rad/s, in the order of `Names.wheels`.
+
+        A wheel rolls either way, so it turns by a quarter at most; one that stands keeps its heading.
+
+        Args:
+            headings: Of each wheel in the base, rad.
+            ahead: Velocity of the base along its x axis, m/s.
+            aside: The same along its y axis.
+            turn: Rate of its turn, rad/s.
+        """
+        rates = []
+        for heading, (x, y) in zip(headings, self.places, strict=True):
+            along, across = ahead - turn * y, aside + turn * x
+            moves = math.hypot(along, across) > _ROLLS
+            off = math.remainder(math.atan2(across, along) - heading, math.pi) if moves else 0.0
+            rates.append(_STEERS * off)
+        return rates
 
 
 @dataclasses.dataclass(frozen=True)
@@ -138,7 +148,7 @@ class Embodiment:
         layout: Of an action.
         actuators: Of the model's actuators, in which the gripper has two fingers.
         footprint: Radius of the circle about the base's middle in which all of the base is.
-        wheels: How the wheels turn as the base moves.
+        wheels: Where the wheels are, which turn to where the base moves.
         torque: What the arm's motors can do, of each joint, N m, (joints,).
         limits: Bounds of its motion.
         servos: How the base follows its reference.

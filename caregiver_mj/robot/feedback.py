@@ -25,12 +25,13 @@ class FollowedVelocity:
     References keep these bounds by themselves; feedback does not, nor what is taken away from them or comes back.
 
     Attributes:
+        limits: Its bounds.
         told: The last velocity that the base was told, m/s.
         acceleration: What it did to the one before, m/s^2; nothing if it was told at once.
     """
 
     def __init__(self, limits: Limits, control_timestep: float):
-        self._limits, self._timestep = limits, control_timestep
+        self.limits, self._timestep = limits, control_timestep
         self._wanted: Vector = (0.0, 0.0)
         self.told: Vector = (0.0, 0.0)
         self.acceleration: Vector = (0.0, 0.0)
@@ -53,13 +54,13 @@ class FollowedVelocity:
             self.told = (wanted[0] * most / speed, wanted[1] * most / speed) if speed > most else wanted
         changed = (self.told[0] - before[0]) / self._timestep, (self.told[1] - before[1]) / self._timestep
         # It does not go on with what it had to do at once.
-        is_bounded = self.told != wanted and math.hypot(*changed) < self._limits.acceleration + _ROUNDING
+        is_bounded = self.told != wanted and math.hypot(*changed) < self.limits.acceleration + _ROUNDING
         self.acceleration = changed if is_bounded or not at_once else (0.0, 0.0)
         self._wanted = wanted
         return self.told
 
     def _towards(self, wanted: Vector) -> Vector:
-        limits, step, (before_x, before_y) = self._limits, self._timestep, self.acceleration
+        limits, step, (before_x, before_y) = self.limits, self._timestep, self.acceleration
         off_x, off_y = wanted[0] - self.told[0], wanted[1] - self.told[1]
         with_x, with_y = (wanted[0] - self._wanted[0]) / step, (wanted[1] - self._wanted[1]) / step
         x, y, most = off_x / step, off_y / step, limits.jerk * step
@@ -82,16 +83,16 @@ class FollowedVelocity:
 
     def _fits(self, x: float, y: float) -> bool:
         """Whether an acceleration can cease within the jerk before the highest speed: cut there, it would jerk."""
-        change, size = self._limits.jerk * self._timestep, math.hypot(x, y)
+        change, size = self.limits.jerk * self._timestep, math.hypot(x, y)
         steps = int(size / change)  # after this one until it has ceased, by one change less at each
         times = self._timestep * (steps + 1) * (1.0 - steps * change / (2.0 * size)) if size else 0.0
-        return math.hypot(self.told[0] + times * x, self.told[1] + times * y) <= self._limits.velocity + _ROUNDING
+        return math.hypot(self.told[0] + times * x, self.told[1] + times * y) <= self.limits.velocity + _ROUNDING
 
     def _fitting(self, x: float, y: float) -> Vector:
         """An acceleration, or as much of the way there from one that ceases as fits."""
         if self._fits(x, y):
             return x, y
-        (before_x, before_y), change = self.acceleration, self._limits.jerk * self._timestep
+        (before_x, before_y), change = self.acceleration, self.limits.jerk * self._timestep
         less_x, less_y = _within(max(0.0, math.hypot(before_x, before_y) - change), before_x, before_y)
         fits, share = 0.0, 0.5
         for _ in range(_HALVINGS):

@@ -29,7 +29,7 @@ def path_rate(view: View, robot: RobotMotion) -> float:
     """Return the share of its planned velocity at which the base may drive along its path."""
     if not robot.is_driving or separation.is_alone(view, robot.robot):
         return 1.0
-    return separation.allowed_rate(view, robot.robot, *robot.planned(), robot.base_reference()[1])
+    return separation.allowed_rate(view, robot.robot, *robot.planned(), robot.base_reference()[1], robot.limits)
 
 
 def govern(view: View, robot: RobotMotion, clearance: Clearance, control_timestep: float) -> np.ndarray:
@@ -47,7 +47,7 @@ def govern(view: View, robot: RobotMotion, clearance: Clearance, control_timeste
         robot.giving_way.yields, robot.catch_up = False, math.inf
         return robot.action(view.base, view.arm)
     _, velocity, acceleration = motion = robot.base_reference()
-    if not robot.stops and separation.must_stop(view, robot.robot, velocity, acceleration):
+    if not robot.stops and separation.must_stop(view, robot.robot, velocity, acceleration, robot.limits):
         robot.let_go(*motion)
     at_hand = separation.is_child_at_hand(view, robot.robot, robot.reached)
     robot.giving_way.yields = at_hand

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -89,6 +90,20 @@ class ArmLimits:
         return np.minimum(self.velocity, np.maximum(0.0, np.sqrt(ends.slope * left) - ends.offset))
 
 
+class Carrying(NamedTuple):
+    """Bounds of the base's motion while something is in the hand, which would slip, tip or spill with more.
+
+    Attributes:
+        base: Planned for the base's path, metres.
+        acceleration: The base's highest acceleration, m/s^2.
+        jerk: The same of its jerk, m/s^3.
+    """
+
+    base: Limits
+    acceleration: float
+    jerk: float
+
+
 @dataclasses.dataclass(frozen=True, eq=False)
 class RobotLimits:
     """Bounds of all that a robot moves.
@@ -105,6 +120,7 @@ class RobotLimits:
         base_jerk: Its highest jerk, m/s^3, likewise.
         turn: The highest of the base's turns, feedback and all.
         finger_speed: The highest speed of each finger, m/s.
+        carrying: What the base's are with something in the hand; None if they are the same.
     """
 
     arm: ArmLimits
@@ -117,6 +133,15 @@ class RobotLimits:
     base_jerk: float
     turn: Limits
     finger_speed: float
+    carrying: Carrying | None = None
+
+    @functools.cached_property
+    def loaded(self) -> RobotLimits:
+        """The limits with something in the hand."""
+        if self.carrying is None:
+            return self
+        base, acceleration, jerk = self.carrying
+        return dataclasses.replace(self, base=base, base_acceleration=acceleration, base_jerk=jerk, carrying=None)
 
     @functools.cached_property
     def together(self) -> Limits:

@@ -82,7 +82,7 @@ class RobotMotion(BaseMotion):
             base_jumps: Metres by which the base seems to be elsewhere from one control timestep to the next, likewise.
         """
         limits, servos = robot.limits, robot.servos
-        super().__init__(limits.base, limits.together, limits.as_told)
+        super().__init__(limits)
         self.robot = robot
         most = _MOST_LATE / delay if delay else math.inf
         self._position_gain, self._yaw_gain = min(servos.position_gain, most), min(servos.yaw_gain, most)
@@ -105,7 +105,8 @@ class RobotMotion(BaseMotion):
         self._seen_at = float(base[0]), float(base[1])
         self.led_off, self.stops = 0, False
         self._is_free = True  # whether the base is told what it wants
-        self._velocity = FollowedVelocity(self.robot.limits.as_told, self._timestep)
+        self.limits = limits
+        self._velocity = FollowedVelocity(limits.as_told, self._timestep)
         self._hold((float(base[0]), float(base[1])))
         self._turning, self._turn_bound = limits.yaw, math.inf  # rad/s: lower while children are near
         self._yaw = ScalarMotion(limits.yaw, float(base[2]), brakes=True)
@@ -217,6 +218,8 @@ class RobotMotion(BaseMotion):
             limits = dataclasses.replace(limits, velocity=_GRIPS * limits.velocity)
         self._gripper.set_limits(limits)
         self._gripper.move_to(width, self.now)
+        self.limits = self.robot.limits.loaded if closes else self.robot.limits
+        self._velocity.limits = self.limits.as_told
         if not closes and self._turning is not self.robot.limits.yaw:
             self._turn_within(self.robot.limits.yaw)
 
@@ -349,7 +352,7 @@ class RobotMotion(BaseMotion):
         if (push := math.hypot(back_x, back_y)) > most:
             back_x, back_y = back_x * most / push, back_y * most / push
         vx, vy = vx + servos.base_lag * ax + back_x, vy + servos.base_lag * ay + back_y
-        top = self.robot.limits.as_told.velocity
+        top = self.limits.as_told.velocity
         if (speed := math.hypot(vx, vy)) > top:  # held up by something, it must not catch up at any speed
             vx, vy = vx * top / speed, vy * top / speed
         wanted = vx, vy

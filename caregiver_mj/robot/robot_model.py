@@ -95,19 +95,9 @@ class RobotModel:
         return x, y
 
     def wheels(self) -> Wheels:
-        """Return the wheels' size and place, and along which way they go; all four are alike."""
-        joint = self._model.joint(self._names.wheels[0])
-        body = self._model.body(int(joint.bodyid[0]))
-        tyre = self._model.geom(int(body.geomadr[0]))
-        axis = np.empty(3)
-        mujoco.mju_rotVecQuat(axis, joint.axis, body.quat)
-        # A wheel's way is square to its axis; what it goes ahead is that of its way which is not aside.
-        radius = tyre.size[0] / abs(axis[1])
-        places = tuple(
-            tuple(self._model.body(int(self._model.joint(name).bodyid[0])).pos[:2].tolist())
-            for name in self._names.wheels
-        )
-        return Wheels(float(radius), round(float(np.abs(body.pos[:2]).sum()), 9), places)
+        """Return where the wheels are."""
+        bodies = (self._model.body(int(self._model.joint(name).bodyid[0])) for name in self._names.wheels)
+        return Wheels(tuple(tuple(body.pos[:2].tolist()) for body in bodies))
 
     def fingertip(self) -> float:
         """Return how far the fingers' pads go beyond the pinch point, metres."""

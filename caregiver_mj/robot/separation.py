@@ -21,6 +21,7 @@ from caregiver_mj.robot.clearance import Clearance
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.geometry import Pose, Vector
 from caregiver_mj.robot.kinematics import hand_offset, hand_position
+from caregiver_mj.robot.limits import Limits, RobotLimits
 from caregiver_mj.robot.view import CHILD_RADIUS, ChildView, View
 
 # A base nearer to a child than so many metres leaves it first, and straight: with this cosine between motion and child
@@ -57,13 +58,14 @@ _SOON = 0.8  # seconds within which a child goes on as it walks now
 _HEAD_ON = 0.5  # cosine between motion and child above which a base that cannot stop before it on its path leaves that
 _TOUCHED = 0.002  # metres to a child that touches the base, or does so at the next control timestep
 _NO_NEARER = 0.05  # metres to a child below which nothing leads towards it, be it on a path that slides past it
-_BRAKES = 1.5  # m/s^2 with which it brakes where it is touched; until then what is told keeps its own limits
+_BRAKES = 0.8  # share of its limit with which it brakes where it is touched; until then what is told keeps it
 # m/s by which it is asked to brake, until then, where it has little room to leave: asked for more, it would follow that
 # with nearly all of its acceleration, and a child that turns round it with none.
 _EASES = 0.1
 _LANDS = 0.5  # share of its jerk with which it comes, until then, to what it may have: it must not overshoot
 _BACK = tuple(0.05 * i for i in range(1, 9))  # metres straight away from a child where there may be room
-_COMES_TO_REST, _BRAKING_BUILDS_UP = 1.0, 0.15  # m/s^2 with which it brakes there, and seconds until it does
+# Share of its limits with which it brakes there; and how often the time that their jerk takes to that, until it does.
+_COMES_TO_REST, _BUILDS_UP_LATER = 0.55, 2.5
 # What is straight off a child changes as it walks on at the heels of a base that leaves it. From this speed on, m/s, it
 # counts how that will be so many seconds later, when the base does what it is told; at twice that speed fully.
 _FAST, _LATER = 0.2, 0.035
@@ -182,12 +184,17 @@ def child_cells(children: Iterable[ChildView], plan: FloorPlan) -> set[Cell]:
 
 
 def allowed_rate(
-    view: View, robot: Embodiment, velocity: Vector, acceleration: Vector = (0.0, 0.0), present: Vector = (0.0, 0.0)
+    view: View,
+    robot: Embodiment,
+    velocity: Vector,
+    acceleration: Vector = (0.0, 0.0),
+    present: Vector = (0.0, 0.0),
+    limits: RobotLimits | None = None,
 ) -> float:
     """Return the share of its planned velocity, m/s, at which the base can still stop before it touches any child.
 
     Its planned acceleration, m/s^2, tells what the path leaves it to brake with, see `RobotLimits.braking`; its present
-    velocity, m/s, how fast it leaves a child already.
+    velocity, m/s, how fast it leaves a child already. The limits are those in force, by default the robot's.
 
     Speed and separation monitoring (the idea of ISO/TS 15066, section 5.5.4): while robot and child close in, the
     distance between them must cover what the robot needs to react and brake, and what the child walks meanwhile.
@@ -199,18 +206,24 @@ def allowed_rate(
     """
     if velocity[0] == 0.0 and velocity[1] == 0.0:
         return 1.0
-    rate = 1.0
+    rate, limits = 1.0, limits or robot.limits
     for child in view.children:
-        rate = min(rate, _allowed_rate(view, robot, child, velocity, acceleration, present))
+        rate = min(rate, _allowed_rate(view, robot, limits, child, velocity, acceleration, present))
     if lurking := view.lurking + view.hidden:
-        corner = min(_allowed_rate(view, robot, child, velocity, acceleration, present) for child in lurking)
+        corner = min(_allowed_rate(view, robot, limits, child, velocity, acceleration, present) for child in lurking)
         now = (v - PLANNED_AHEAD * a for v, a in zip(velocity, acceleration, strict=True))  # it may brake
         rate = min(rate, max(corner, _PEEKING / max(math.hypot(*velocity), math.hypot(*now))))
     return rate
 
 
 def _allowed_rate(
-    view: View, robot: Embodiment, child: ChildView, velocity: Vector, acceleration: Vector, present: Vector
+    view: View,
+    robot: Embodiment,
+    limits: RobotLimits,
+    child: ChildView,
+    velocity: Vector,
+    acceleration: Vector,
+    present: Vector,
 ) -> float:
     """The same for one child, for a velocity that is not zero."""
     base = view.base
@@ -232,9 +245,9 @@ def _allowed_rate(
     if towards <= LEAVING * speed:
         return 1.0  # what is left of `across` is taken away where a child may come to touch, see `restrain`
     if approach <= 0.0:
-        return max(creep, _sliding_rate(view, robot, gap, _walking_speed(child), leaves, towards, soon))
+        return max(creep, _sliding_rate(view, limits, gap, _walking_speed(child), leaves, towards, soon))
     # approach * r * (stopping / 2 + reaction) + child * (stopping + reaction) = room, solved for r
-    deceleration, build_up = robot.limits.braking(velocity, acceleration)
+    deceleration, build_up = limits.braking(velocity, acceleration)
     stopping = speed / deceleration
     delay = _REACTION + build_up + view.age
     a = approach * stopping / 2
@@ -243,11 +256,13 @@ def _allowed_rate(
     c = comes_at * delay - room
     rate = 0.0 if c >= 0.0 else (-b + math.sqrt(b * b - 4 * a * c)) / (2 * a)
     if towards <= _SLIDE_TOWARDS * speed:
-        rate = max(rate, creep, _sliding_rate(view, robot, gap, _walking_speed(child), leaves, towards, soon))
+        rate = max(rate, creep, _sliding_rate(view, limits, gap, _walking_speed(child), leaves, towards, soon))
     return min(1.0, rate)
 
 
-def must_stop(view: View, robot: Embodiment, velocity: Vector, acceleration: Vector) -> bool:
+def must_stop(
+    view: View, robot: Embodiment, velocity: Vector, acceleration: Vector, limits: RobotLimits | None = None
+) -> bool:
     """Return whether a base that moves so, m/s and m/s^2, has no more than the way left that it needs to stop.
 
     A path that itself speeds up, or turns, slows down later than `allowed_rate` reckons with. The base then leaves it:
@@ -256,7 +271,7 @@ def must_stop(view: View, robot: Embodiment, velocity: Vector, acceleration: Vec
     """
     if (speed := math.hypot(*velocity)) < _SLIDE_SPEED:
         return False
-    told = robot.limits.as_told
+    told = (limits or robot.limits).as_told
     braking, jerk = BRAKES_ALONG * told.acceleration, BRAKES_ALONG * told.jerk
     ahead = (velocity[0] * acceleration[0] + velocity[1] * acceleration[1]) / speed
     delay = _REACTION + view.age + max(0.0, ahead + braking) ** 2 / (2 * braking * jerk)
@@ -270,7 +285,7 @@ def must_stop(view: View, robot: Embodiment, velocity: Vector, acceleration: Vec
 
 
 def _sliding_rate(
-    view: View, robot: Embodiment, gap: float, comes_at: float, leaves: float, towards: float, across: float
+    view: View, limits: RobotLimits, gap: float, comes_at: float, leaves: float, towards: float, across: float
 ) -> float:
     """The share of a velocity, m/s towards a child and across, from which the surface slows down before it is touched.
 
@@ -279,7 +294,7 @@ def _sliding_rate(
     for rate in _SLIDE_RATES:
         closing = comes_at + max(rate * towards, -leaves)
         until_touched = max(0.0, gap) / closing if closing > 0.0 else math.inf
-        if rate * across <= slide_speed(gap) + robot.limits.slowing(until_touched - _REACTION - view.age):
+        if rate * across <= slide_speed(gap) + limits.slowing(until_touched - _REACTION - view.age):
             return rate
     return 0.0
 
@@ -388,6 +403,7 @@ def restrain(
     # Where it is not known to the millimetre who touches whom, it keeps its limits, and is slow sooner.
     is_touched = not view.unsure and any(gap_to(view.base, robot, child) < _TOUCHED for child in view.children)
     children = view.children + view.hidden
+    limits = robot.limits.loaded if is_loaded else robot.limits
     left, rounds = velocity, _ROUNDS if len(children) > 1 else 1
     for _ in range(rounds):
         wanted = left
@@ -396,8 +412,8 @@ def restrain(
         if rounds == 1 or math.dist(left, wanted) < _SETTLED:
             return left, is_touched
     # What one child leaves leads towards another one: it brakes.
-    speed = math.hypot(*before)
-    kept = 1.0 - seconds * _BRAKES / speed if is_touched and speed > seconds * _BRAKES else 0.0
+    speed, change = math.hypot(*before), seconds * _BRAKES * limits.as_told.acceleration
+    kept = 1.0 - change / speed if is_touched and speed > change else 0.0
     return (kept * before[0], kept * before[1]), is_touched
 
 
@@ -413,6 +429,8 @@ def _restrained(
     before: Vector,
 ) -> Vector:
     """What is left of a velocity of the base, m/s, for the sake of one child."""
+    limits = robot.limits.loaded if is_loaded else robot.limits
+    told_limits = limits.as_told
     room = gap_to(view.base, robot, child) - view.unsure
     if room >= GENTLE_GAP:
         return velocity
@@ -428,16 +446,17 @@ def _restrained(
     away = math.hypot(dx, dy)
     x, y = dx / away, dy / away
     # Touched by any, it is told at once.
-    bounds = (seconds * _BRAKES, math.inf) if is_touched else (math.inf, _LANDS * robot.limits.as_told.jerk)
+    braking = seconds * _BRAKES * told_limits.acceleration
+    bounds = (braking, math.inf) if is_touched else (math.inf, _LANDS * told_limits.jerk)
     towards, told = vx * x + vy * y, before[0] * x + before[1] * y
     if room < _NO_NEARER:
         towards = min(towards, _bounded(told, 0.0, seconds, *bounds))
     corners = _corners(robot, view.base[2], offset)
     strays = corners[0] if corners else _STRAYS
-    slower = robot.limits.slowing(max(0.0, room) / FASTEST - view.age)
+    slower = limits.slowing(max(0.0, room) / FASTEST - view.age)
     slides = max(0.0, slide_speed(room) + strays * min(0.0, towards)) + slower
     if any(corners):
-        slowing, later = robot.limits.as_told.slowing, _LATER + view.age
+        slowing, later = told_limits.slowing, _LATER + view.age
         leaving = min(
             (_ASTRAY + slower) / corner + slowing(on / FASTEST - later)
             for on, corner in zip(_RUNS_ON, corners, strict=True)
@@ -450,7 +469,7 @@ def _restrained(
     if abs(across) > max(most, slides):
         # What is left leads straighter away from the child than its way does: no faster than there is room for.
         on_its_way = towards * max(0.0, most) / abs(across)
-        slowed = min(on_its_way, -_speed_back(view, robot, clearance, is_loaded, (x, y)))
+        slowed = min(on_its_way, -_speed_back(view, robot, clearance, is_loaded, (x, y), told_limits))
         towards = max(towards, slowed if is_touched else min(slowed, told + _EASES))
     across = way * min(abs(across), most)
     return towards * x - across * y, towards * y + across * x
@@ -491,14 +510,17 @@ def _bounded(speed: float, most: float, seconds: float, change: float, jerk: flo
     return speed + min(off, change, seconds * math.sqrt(2 * jerk * off))
 
 
-def _speed_back(view: View, robot: Embodiment, clearance: Clearance, is_loaded: bool, child: Vector) -> float:
+def _speed_back(
+    view: View, robot: Embodiment, clearance: Clearance, is_loaded: bool, child: Vector, limits: Limits
+) -> float:
     """How fast the base may go straight away from a child, in a direction, to come to rest where there is room, m/s."""
     here, room = view.base[:2], 0.0
     hand = hand_offset(view, robot) if is_loaded else None
     for back in _BACK:
         there = here[0] - back * child[0], here[1] - back * child[1]
         if not clearance.can_stand(there) or (hand and not clearance.hand_has_room(here, there, hand)):
-            meanwhile = _COMES_TO_REST * _BRAKING_BUILDS_UP  # room = v^2 / (2 braking) + v * build-up, solved for v
-            return math.sqrt(meanwhile**2 + 2 * _COMES_TO_REST * room) - meanwhile
+            braking = _COMES_TO_REST * limits.acceleration
+            meanwhile = braking * _BUILDS_UP_LATER * limits.acceleration / limits.jerk
+            return math.sqrt(meanwhile**2 + 2 * braking * room) - meanwhile  # room = v^2 / (2 braking) + v * build-up
         room = back
     return math.inf

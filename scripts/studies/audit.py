@@ -40,6 +40,7 @@ _LONG = 0.02  # seconds: a control timestep. Accelerations and jerks are those o
 _AFTER = 0.25  # seconds after a child's last touch in which what it did to the robot dies away
 _HELD = 0.05  # seconds for which both pads have touched a candle that is held
 _LOST = 2  # physics steps for which one that is held may be off a pad; it is lost, or laid down, if that takes longer
+_GRIP = 0.5  # friction of polyurethane tyres on a wooden floor: 0.4 to 0.6, see the README of the models
 _LEAST = 1e-3  # rad/s: no joint's limit is less, be it next to the end of its range
 
 
@@ -62,6 +63,7 @@ class EpisodeLog:
     shut: np.ndarray  # whether a gate is at its stop, (m, gates)
     # Where on the floor the wheels' forces together act, in the base's frame, metres, (m, 2).
     pressure_centre: np.ndarray
+    friction: np.ndarray  # what the wheels need on the floor: their force along it over that across it, (m,)
     # From each part of the robot that can touch something to the child, metres, (m, parts); infinite if far away.
     distance: np.ndarray
     speed: np.ndarray  # of the point of each part that is nearest to the child, m/s, (m, parts); 0 if far away
@@ -191,7 +193,7 @@ class Dynamics:
             "arm_velocity": data.qvel[self._arm],
             "arm_torque": self._torque(),
             "finger_velocity": data.qvel[self._fingers],
-            "pressure_centre": self._pressure_centre(),
+            **self._on_the_floor(),
         }
 
     def _torque(self) -> np.ndarray:
@@ -205,8 +207,8 @@ class Dynamics:
         others = data.qfrc_constraint + data.qfrc_spring + data.qfrc_damper - data.qfrc_bias
         return (self._inertial - others)[self._arm]
 
-    def _pressure_centre(self) -> np.ndarray:
-        """Where the force from the ground would have to act to move all of the robot as it moved.
+    def _on_the_floor(self) -> dict[str, Any]:
+        """Where the force from the ground would have to act to move all of the robot as it moved, and its slope.
 
         The base's three joints take up any force and torque; what they do instead of the wheels, and what contacts do
         to the robot, is in the wrench between base and world.
@@ -218,7 +220,7 @@ class Dynamics:
         # About the centre of pressure, on the floor, there is no torque but about the vertical.
         place = np.array([x - (ty + height * fx) / fz, y + (tx - height * fy) / fz])
         turned = data.xmat[body].reshape(3, 3)[:2, :2]
-        return (place - data.xpos[body, :2]) @ turned
+        return {"pressure_centre": (place - data.xpos[body, :2]) @ turned, "friction": float(np.hypot(fx, fy) / fz)}
 
 
 # -- What is judged by it ----------------------------------------------------------------------------
@@ -343,6 +345,7 @@ def check_motion(log: EpisodeLog, robot: Embodiment) -> list[Check]:
         worst("turn rate", "rad/s", turns, limits.turn.velocity, step),
         worst("finger speed", "m/s", log.finger_velocity, limits.finger_speed, step, robot.names.fingers),
         *(_balance(log, robot, free, steps, over) for steps, over in windows.items()),
+        *(_friction(log, free, steps, over) for steps, over in windows.items()),
     ]
     return sorted(checks, key=lambda check: check.name)
 
@@ -397,6 +400,12 @@ def _balance(log: EpisodeLog, robot: Embodiment, free: np.ndarray, steps: int, o
     sums = np.concatenate([np.zeros((1, len(places))), np.cumsum(way, axis=0)])
     way = np.maximum(0.0, (sums[steps:] - sums[:-steps]) / steps)
     return worst(f"centre of pressure, {over}", "m", way, reach, log.physics_timestep, names)
+
+
+def _friction(log: EpisodeLog, free: np.ndarray, steps: int, over: str) -> Check:
+    """What friction the wheels needed, a mean over some steps, beside what is reckoned with."""
+    needed = np.convolve(free[:, 0] * log.friction, np.ones(steps) / steps, "valid")[:, None]
+    return worst(f"friction needed, {over}", "", needed, _GRIP, log.physics_timestep)
 
 
 # -- The study ---------------------------------------------------------------------------------------

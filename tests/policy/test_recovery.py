@@ -200,7 +200,7 @@ def test_candle_that_is_knocked_over_while_the_robot_comes_is_picked_up(scene, d
 
 
 def test_candle_that_is_torn_from_the_hand_is_picked_up(scene):
-    holds = lambda: scene.physics.is_gripping() and scene.candle()[2] > TABLE_TOP + 0.2  # noqa: E731
+    holds = lambda: scene.physics.is_gripping() and scene.candle()[2] > TABLE_TOP + 0.18  # noqa: E731
     assert scene.run(1000, until=holds)
     body = scene.physics.model.ptr.body("candle_0/candle").id
     scene.physics.data.ptr.xfrc_applied[body, :3] = [0.0, 0.0, -150.0]

@@ -151,7 +151,8 @@ def test_what_children_keep_closed_is_given_up():
 
 
 def test_a_base_gets_out_of_the_way_of_a_child_that_comes_and_goes_on_when_it_is_past():
-    drive = Drive(CORRIDOR, (2, 5), (2, 1), walks_from(CORRIDOR, (2, 3), 1.0), child(50.0, 0.0))
+    comes = walks_from(CORRIDOR, (2, 4), 1.0)
+    drive = Drive(CORRIDOR, (2, 5), (2, 1), comes, child(50.0, 0.0))
     for _ in range(40):
         drive.step()
     assert drive.driver.aside_until > drive.robot.now

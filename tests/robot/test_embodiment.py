@@ -89,22 +89,21 @@ def test_robots_of_other_packages(monkeypatch):
 
 
 @pytest.mark.parametrize("motion", [(0.4, 0.0, 0.0), (0.0, 0.3, 0.0), (0.0, 0.0, 1.2), (0.3, -0.2, 0.7)])
-def test_wheels_roll_without_slipping(robot, model, motion):
-    """The hub moves, along the way of the wheel, as fast as its rim turns; across it rollers take up the rest."""
+def test_wheels_turn_to_where_their_hubs_go(robot, model, motion):
     ahead, aside, turn = motion
     data = mujoco.MjData(model)
+    rows = [model.joint(name).qposadr[0] for name in robot.names.wheels]
+    for _ in range(50):
+        data.qpos[rows] += 0.02 * np.array(robot.wheels.steer(data.qpos[rows].tolist(), ahead, aside, turn))
     mujoco.mj_kinematics(model, data)
-    for name, rate in zip(robot.names.wheels, robot.wheels.rates(ahead, aside, turn), strict=True):
-        joint = model.joint(name)
-        body = int(joint.bodyid[0])
-        x, y, radius = *data.xpos[body, :2], model.geom_size[model.body_geomadr[body], 0]
-        hub = np.array([ahead - turn * y, aside + turn * x])
-        axis = data.xmat[body].reshape(3, 3) @ joint.axis
-        way = np.array([axis[1], -axis[0]])
-        # What a roller does not give way to: along a diagonal for mecanum wheels, along the wheel's way for others.
-        diagonal = np.array([1.0, -1.0 if x * y > 0 else 1.0]) / np.sqrt(2)
-        roller = diagonal if robot.name == "mobile_fr3" else way
-        assert hub @ roller == pytest.approx(rate * radius * (way @ roller), abs=1e-6)
+    for name in robot.names.wheels:
+        body = int(model.joint(name).bodyid[0])
+        x, y, _ = data.xpos[body]
+        hub = np.array([ahead - turn * y, aside + turn * x, 0.0])
+        axle = data.geom_xmat[model.body_geomadr[body]].reshape(3, 3)[:, 2]  # of its tyre, a cylinder
+        assert abs(hub @ axle) < 1e-6
+        assert data.xpos[body, 2] == pytest.approx(model.geom_size[model.body_geomadr[body], 0])  # it is on the floor
+    assert robot.wheels.steer([0.3] * 4, 0.0, 0.0, 0.0) == [0.0] * 4
 
 
 # -- What each robot can do ------------------------------------------------------------------------------

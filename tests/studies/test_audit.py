@@ -2,13 +2,24 @@
 
 import dataclasses
 
+import mujoco
 import numpy as np
 import pytest
 
 import caregiver_mj
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.embodiments import find_embodiment
-from studies.audit import Audit, Check, EpisodeLog, NearChild, Recorder, check_limits, check_motion, near_child
+from studies.audit import (
+    Audit,
+    Check,
+    Dynamics,
+    EpisodeLog,
+    NearChild,
+    Recorder,
+    check_limits,
+    check_motion,
+    near_child,
+)
 
 ROBOT = find_embodiment()
 CONTROL, PHYSICS = 0.02, 0.005  # seconds
@@ -31,6 +42,7 @@ def still(**changes):
         pads=np.zeros(m, int),
         shut=np.zeros((m, 1), bool),
         pressure_centre=np.zeros((m, 2)),
+        friction=np.zeros(m),
         distance=np.full((m, 2), np.inf),
         speed=np.zeros((m, 2)),
         approach=np.zeros((m, 2)),
@@ -111,6 +123,33 @@ def test_a_jolt_of_the_arm_is_seen_at_5_ms_and_spread_over_20():
     assert found["arm jerk, 5 ms"].ratio == pytest.approx(1.6)
     assert found["arm jerk, 20 ms"].ratio == pytest.approx(0.1)
     assert (found["arm acceleration, 5 ms"].where, found["arm acceleration, 5 ms"].time) == ("joint2", 0.5)
+
+
+def test_friction_needed_is_beside_that_of_wheels_on_a_wooden_floor():
+    found = checks(friction=[(slice(100, 102), 0.25)])  # two steps of 5 ms
+    assert found["friction needed, 5 ms"].ratio == pytest.approx(0.25 / 0.5)
+    assert found["friction needed, 20 ms"].ratio == pytest.approx(0.125 / 0.5)
+
+
+@pytest.mark.parametrize("name", ["mobile_fr3", "mobile_ur5e"])
+def test_a_rigid_robot_needs_the_friction_and_stance_worked_out_by_hand(name):
+    """Pushed as a whole at 3 m/s^2 it needs 3 / 9.81, and presses on the floor behind its centre of mass."""
+    robot = find_embodiment(name)
+    env = caregiver_mj.load("supervise", "paper", 0.5, random=0, task_kwargs={"embodiment": robot}, visuals=False)
+    env.reset()
+    model, data = env.physics.model.ptr, env.physics.data.ptr
+    dynamics = Dynamics(model, data, robot.names)
+    data.qvel[:] = 0.0
+    mujoco.mj_forward(model, data)
+    data.qacc[:], data.qfrc_constraint[:] = 0.0, 0.0
+    data.qacc[model.joint("robot/base_x").dofadr[0]] = 3.0
+    found = dynamics.measure()
+    base, yaw = data.xpos[dynamics._body], float(data.qpos[model.joint("robot/base_yaw").qposadr[0]])
+    x, y, height = data.subtree_com[dynamics._body] - base
+    back = np.array([x - 3.0 / 9.81 * height, y])
+    turn = np.array([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]])
+    np.testing.assert_allclose(found["pressure_centre"], turn @ back, atol=1e-6)
+    assert found["friction"] == pytest.approx(3.0 / 9.81, abs=1e-6)
 
 
 def test_a_joint_must_be_slower_near_the_end_of_its_range():

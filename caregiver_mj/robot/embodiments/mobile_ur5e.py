@@ -1,4 +1,4 @@
-"""A square base on omnidirectional wheels with an arm of the Universal Robots UR5e's kinematics.
+"""A square base on steered wheels with an arm of the Universal Robots UR5e's kinematics.
 
 The sources are in `models/README.md`.
 """
@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from caregiver_mj.robot.embodiment import Approach, Bends, Clearances, Embodiment, Grasp, Names, Postures, Servos
-from caregiver_mj.robot.limits import ArmLimits, Limits, RobotLimits
+from caregiver_mj.robot.limits import ArmLimits, Carrying, Limits, RobotLimits
 from caregiver_mj.robot.robot_model import RobotModel, own_model
 
 NAMES = Names(
@@ -32,15 +32,16 @@ LIMITS = RobotLimits(
         acceleration_share=0.9,
         planned_jerk=300.0,
     ),
-    base=Limits(velocity=0.97 * _BASE_SPEED, acceleration=1.5, jerk=12.0),
+    base=Limits(velocity=0.97 * _BASE_SPEED, acceleration=2.8, jerk=24.0),
     yaw=Limits(velocity=2.0, acceleration=5.0, jerk=30.0),
     yaw_gentle=Limits(velocity=1.0, acceleration=4.0, jerk=30.0),
     gripper=Limits(velocity=0.82 * _FINGER_SPEED, acceleration=4.0, jerk=200.0),
     base_speed=_BASE_SPEED,
-    base_acceleration=1.8,
-    base_jerk=30.0,
+    base_acceleration=4.2,
+    base_jerk=62.0,
     turn=Limits(velocity=2.4, acceleration=5.4, jerk=60.0),
     finger_speed=_FINGER_SPEED,
+    carrying=Carrying(Limits(velocity=0.97 * _BASE_SPEED, acceleration=1.5, jerk=12.0), acceleration=1.8, jerk=30.0),
 )
 
 BENDS = Bends(tucked=np.radians([0.0, -115.0, 99.5, 30.0, 90.0, 0.0]), bend=3, bends=(1.57, 1.0, 0.5, 0.0), turn=5)

@@ -32,7 +32,7 @@ ROOM = FloorPlan.parse("##########\n#B.C.....#\n#........#\n#.......T#\n########
 def test_a_base_goes_no_farther_out_of_a_childs_way_than_that_comes_after_it():
     """It would be too far off when the child turns back, as toddlers do after a step."""
     pick, robot = Pick(Navigator(CORRIDOR, ROBOT), 0, 0), RobotMotion(ROBOT, TIMESTEP)
-    robot.reset((*centre(CORRIDOR, (2, 7)), 0.0))
+    robot.reset((*centre(CORRIDOR, (2, 6)), 0.0))
     x, y = centre(CORRIDOR, (2, 5))
     candle = (*centre(CORRIDOR, (1, 1)), 0.6, 1.0, 0.0, 0.0, 0.0)
     gaps = []

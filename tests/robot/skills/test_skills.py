@@ -91,7 +91,7 @@ def act(env, policy, step, recorder=None):
     scope="module",
     params=[
         ("paper", 1),
-        ("house-4-9x9-candles2", 3),
+        ("house-4-9x9-candles2", 4),
     ],
     ids=["paper", "generated"],
 )
