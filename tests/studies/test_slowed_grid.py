@@ -123,12 +123,12 @@ def test_it_is_told_the_time_that_is_left():
 def test_it_is_slow_towards_a_child_and_not_away_from_it():
     done = []
     for separates in (False, True):
-        world, timestep, cell, start = corridor(8, NEAR_STAIRS, separates=separates)
+        world, timestep, cell, start = corridor(10, NEAR_STAIRS, separates=separates)
         walked(world, 3)
         done.append(world.ledger.interventions_done[0])
         walked(world, 1)
         assert world.ledger.interventions_done[0] == 1
-    assert start + 6 * cell <= 3 * timestep  # in time, but for the last two cells, beside the child
+    assert start + 8 * cell <= 3 * timestep  # in time, but for the last two cells, beside the child
     assert done == [1, 0]
     away = [walked(corridor(3, FAR_STAIRS, separates=separates)[0], 5) for separates in (False, True)]
     assert away[0] == away[1]
