@@ -69,7 +69,8 @@ class Finished:
     @property
     def verdicts(self) -> list[dict[str, Any]]:
         """Whether each caregiver that acts does harm, judged anew: older runs have no such verdicts."""
-        return judge(self.episodes, self.summary["harm"], self.summary["comparisons"])
+        once = self.episodes.drop_duplicates([*_PAIR, "caregiver"])  # two of one seed are the same
+        return judge(once, self.summary["harm"], self.summary["comparisons"])
 
 
 def read_finished(folder: str | os.PathLike[str]) -> Finished:

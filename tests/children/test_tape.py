@@ -94,6 +94,8 @@ def test_without_room_children_share_a_cell_and_the_caregiver_takes_the_last_lan
     assert starts(2, 1, (0.9, 0.1), (0.1, 0.1), (0.7, 0.7)) == ([1, 0, 0], 2)
 
 
-def test_a_tape_is_drawn_by_a_random_state():
-    with pytest.raises(CaregiverError, match="random must be a RandomState, got Generator"):
-        Tape.draw_family(np.random.default_rng(0), 1)
+def test_a_tape_is_drawn_by_a_random_state_or_a_generator():
+    one, other = (make(np.random.MT19937(3)) for make in (np.random.RandomState, np.random.Generator))
+    np.testing.assert_array_equal(Tape.draw(one).steps, Tape.draw(other).steps)
+    with pytest.raises(CaregiverError, match="the seed of an episode must be an integer"):
+        Tape.draw_family("0", 1)
