@@ -176,7 +176,9 @@ def test_the_first_that_is_seen_is_the_same_in_both_worlds(observation):
     grid, house = (make(world, **options).reset(seed=0)[0] for world in ("grid", "house"))
     assert grid.keys() == house.keys()
     for key in grid.keys() - {"clock"}:  # which has a fraction in the house
-        np.testing.assert_array_equal(grid[key], house[key])
+        # The last plane is the caregiver's own, which in the house is already on its way.
+        seen = {"map": np.s_[:-1], "nodes": np.s_[..., :-1]}.get(key, ...)
+        np.testing.assert_array_equal(grid[key][seen], house[key][seen])
 
 
 def test_maps_can_be_stacked():
