@@ -194,11 +194,13 @@ def _foreign_maps(found: Finished) -> bool:
     if not {"caregiver", "row", "column", "visits", "damage"} <= set(maps):
         return True
     cells = {cell for plan in found.settings.plans for cell in plan.free_cells}
-    numbers = (pd.api.types.is_numeric_dtype(maps[column]) for column in ("visits", "damage"))
+    numbers = maps[["visits", "damage"]]
+    if not all(map(pd.api.types.is_numeric_dtype, numbers.dtypes)):
+        return True
     return (
         set(maps.caregiver) != set(found.settings.caregivers)
         or set(zip(maps.row, maps.column, strict=True)) != cells
-        or not all(numbers)
+        or not ((numbers >= 0) & (numbers < np.inf)).all(axis=None)
     )
 
 

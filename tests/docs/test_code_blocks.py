@@ -5,7 +5,10 @@ import pathlib
 import re
 import shlex
 import sys
+import threading
+from http.server import ThreadingHTTPServer
 
+import http_caregiver
 import pytest
 from sybil import Sybil
 from sybil.parsers.markdown import PythonCodeBlockParser
@@ -101,9 +104,19 @@ def shortened(words):
     return words + less
 
 
+@pytest.fixture(scope="module")
+def server():
+    """The address of the example's server, which pages have on port 8000."""
+    with ThreadingHTTPServer(("127.0.0.1", 0), http_caregiver.Handler) as serving:
+        threading.Thread(target=serving.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{serving.server_port}"
+        serving.shutdown()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("page", RUN)
-def test_commands_run(page, capsys):
+def test_commands_run(page, server, capsys):
     for words in RUN[page]:  # one after the other, as somebody reads them: a report is on the run before it
-        assert cli.main(shortened(words)) == 0, (words, capsys.readouterr().err)
+        here = [word.replace("http://127.0.0.1:8000", server) for word in words]
+        assert cli.main(shortened(here)) == 0, (words, capsys.readouterr().err)
         gc.collect()  # each is a process to readers: what it leaves is not cleared away in threads of the next

@@ -12,7 +12,7 @@ from typing import Any
 import jinja2
 import numpy as np
 
-from caregiver_mj.caregivers.registry import CAREGIVERS, POLICIES, RULE
+from caregiver_mj.caregivers.registry import CAREGIVERS, PLAYERS, POLICIES, RULE
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.harm import HOW
@@ -249,7 +249,7 @@ def make_film(runs: Sequence[Run], folder: str | os.PathLike[str], *, trust: boo
 
     if not trust:
         run.settings.check_installed()
-        if run.caregiver not in (*CAREGIVERS, *POLICIES):
+        if run.caregiver not in (*CAREGIVERS, *POLICIES, *PLAYERS):  # of players it is told why not
             raise CaregiverError(
                 f"the film must be of a caregiver that is installed, got '{run.caregiver}': --trust runs or asks it"
             )
