@@ -19,7 +19,7 @@ import pytest
 
 from caregiver_mj import cli
 
-COUNT = int(os.environ.get("CAREGIVER_FUZZ", "500"))
+COUNT = int(os.environ.get("CAREGIVER_FUZZ", "100"))
 TEXT = "######\n#B.S.#\n#....#\n#C..T#\n######\n"
 
 
