@@ -212,7 +212,7 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
             question.pop("frames", None)
         except CaregiverError:
             raise
-        except Exception as error:  # whatever an answer, or a client that reads it, brings about
+        except Exception as error:  # a malformed answer or a client's own failure
             problem = plain(redacted(f"{type(error).__name__}: {error}", keys))
         return {"question": question, "answer": answer, "abstention": problem, "seconds": time.time() - start}
 

@@ -162,7 +162,7 @@ def _status(error: CaregiverError) -> int:
 
 def fail(error: object, status: int = 2) -> int:
     """Say on standard error what is wrong, with the line of the floor plan where it is there; return the status."""
-    # One line where the input is bad, whatever it or the name of a file may hold.
+    # Bad input gives one line, even if a file name holds line breaks.
     message = plain(error) if status == 2 else visible(str(error)[:_LONGEST_FAILURE])
     print(f"{PROGRAM}: {message}", file=sys.stderr)
     if isinstance(error, FloorPlanError) and error.excerpts[0]:

@@ -1,4 +1,4 @@
-"""`caregiver-mj list`: what there is by name, a line each."""
+"""`caregiver-mj list`: available names with a one-line summary each."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _NO_CAREGIVERS = {  # names that stand in the place of a caregiver's
 
 
 def _registered(registry: Registry[Any]) -> dict[str, str]:
-    """Return what is in a registry, and what is wrong with that which cannot be loaded."""
+    """Return a summary of each entry of a registry, or why it cannot be loaded."""
 
     def described(name: str) -> str:
         try:

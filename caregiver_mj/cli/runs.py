@@ -227,7 +227,7 @@ def _leaderboard(arguments: argparse.Namespace) -> None:
         for submission in submissions:
             with _its_own(submission.path, refused):
                 found = submission, _verified(submission, executor)
-                board([found])  # whatever is wrong with its row is its own, too
+                board([found])  # an error in its row refuses this file alone
                 verified.append(found)
     if verified:
         print(board(verified), end="", flush=True)

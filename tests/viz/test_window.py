@@ -49,7 +49,8 @@ def test_the_window(display, tmp_path):
         pytest.skip(f"the display has no OpenGL: {err}")
     assert seen >= 500
     assert (process.returncode, out) == (0, "")
-    assert err.endswith("\nclosed\n")  # after a line that says what it prepares
+    prepares = f"preparing house {house}, children 0.5, caregiver none, for a window ..."
+    assert err.splitlines() == [prepares, "closed"]
 
 
 def colours(display):
