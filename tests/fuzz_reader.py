@@ -9,7 +9,6 @@ import json
 import os
 import pathlib
 import random
-import resource
 import shutil
 import sys
 import time
@@ -18,8 +17,14 @@ import zipfile
 import pandas as pd
 
 from caregiver_mj import cli
+from caregiver_mj.caregivers.answers import replayed
 
-READER, COUNT, GIVEN, SCRATCH = sys.argv[1], int(sys.argv[2]), pathlib.Path(sys.argv[3]), pathlib.Path(sys.argv[4])
+READERS, COUNT, GIVEN, SCRATCH = (
+    sys.argv[1].split(","),
+    int(sys.argv[2]),
+    pathlib.Path(sys.argv[3]),
+    pathlib.Path(sys.argv[4]),
+)
 ODD = [
     None,
     True,
@@ -115,8 +120,8 @@ def submission(path, lots):
             file.writestr(one, text)
 
 
-def folder(path, lots):
-    shutil.copytree(GIVEN / "run", path)
+def folder(path, lots, given):
+    shutil.copytree(GIVEN / given, path)
     files = sorted(one for one in path.rglob("*") if one.is_file() and one.suffix in (".json", ".parquet"))
     file = lots.choice([*files, path / "run.json", path / "summary.json"])
     if file.suffix == ".json" and lots.random() < 0.8:
@@ -130,51 +135,68 @@ def folder(path, lots):
         file.write_bytes(flipped(file.read_bytes(), lots))
 
 
-def command(lots, place):
+def command(reader, lots, place):
     tiny = GIVEN / "tiny.txt"
-    if READER in ("verify", "leaderboard"):
+    if reader in ("verify", "leaderboard"):
         submission(place / "a.submission", lots)
-        return [READER, place / "a.submission" if READER == "verify" else place]
-    if READER == "house":
+        return [reader, place / "a.submission" if reader == "verify" else place]
+    if reader == "house":
         (place / "a.txt").write_bytes(flipped(tiny.read_bytes() * lots.choice([1, 1, 1000]), lots))
         return ["house", "check", place / "a.txt"]
-    folder(place / "run", lots)
+    folder(place / "run", lots, "acted" if reader == "answers" else "run")
     evaluate = ["evaluate", "--world", "grid", "--house", tiny, "--epsilon", 1, "--episodes", 2, "--resume"]
     return {
         "report": ["report", place / "run"],
         "compare": ["compare", place / "run", GIVEN / "run"],
-        "pool": ["pool", place / "run", GIVEN / "run", "--out", place / "out"],
+        "pool": ["pool", place / "run", GIVEN / "other", "--out", place / "out"],
         "submit": ["submit", place / "run", "--out", place / "b.submission"],
         "resume": [*evaluate, "--caregiver", "none", "nearest", "--out", place / "run"],
         "answers": ["render", "--answers", place / "run", "--caregiver", "nearest", "--out", place / "a.mp4"],
-    }[READER]
+    }[reader]
 
 
-def main():
-    worst, refused, read = 0.0, 0, 0
-    sys.addaudithook(watch)
+def most_memory():
+    """Return the most memory that this process has held, in megabytes, not what it was forked from had."""
+    lines = pathlib.Path("/proc/self/status").read_text().splitlines()
+    return round(next(int(line.split()[1]) for line in lines if line.startswith("VmHWM")) / 1000)
+
+
+def read(reader):
+    """Read changed files; return how many were refused, and the longest time in seconds."""
+    refused, worst = 0, 0.0
     for number in range(COUNT):
-        place = SCRATCH / str(number)
+        place = SCRATCH / f"{reader}{number}"
         place.mkdir()
-        argv, out, err = command(random.Random(number), place), io.StringIO(), io.StringIO()
+        argv, out, err = command(reader, random.Random(number), place), io.StringIO(), io.StringIO()
         start = time.monotonic()
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
             status = cli.main([*map(str, argv)])
         worst = max(worst, time.monotonic() - start)
         text = err.getvalue()
-        assert status in (0, 2), (number, status, text[-500:])
-        assert "Traceback" not in text, (number, text)
+        assert status in (0, 2), (reader, number, status, text[-500:])
+        assert "Traceback" not in text, (reader, number, text)
         if status:
             (*_, last) = (line for line in text.splitlines() if not line.startswith("  "))  # below it, a plan's line
-            assert last.startswith("caregiver-mj: "), (number, last)
-            assert len(last) < 1100, (number, last[:200])
-            assert all(line.isprintable() for line in text.splitlines()), (number, text)
-        assert "\x1b[31m" not in out.getvalue() + text, number
-        refused, read = refused + bool(status), read + (not status)
+            assert last.startswith("caregiver-mj: "), (reader, number, last)
+            assert len(last) < 1100, (reader, number, last[:200])
+            assert all(line.isprintable() for line in text.splitlines()), (reader, number, text)
+        assert "\x1b[31m" not in out.getvalue() + text, (reader, number)
+        refused += bool(status)
         shutil.rmtree(place)
-    megabytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1000
-    told = {"reader": READER, "tried": COUNT, "refused": refused, "read": read, "megabytes": round(megabytes)}
-    print(json.dumps(told | {"seconds": round(worst, 1), "seen": sorted(set(SEEN))}))
+    return refused, worst
+
+
+def main():
+    if "answers" in READERS:
+        from caregiver_mj.viz import film  # takes seconds to import
+
+        film.render_episode = lambda out, house, answers, **_: replayed(house, answers)  # without a picture
+    sys.addaudithook(watch)
+    for reader in READERS:
+        refused, worst = read(reader)
+        told = {"reader": reader, "tried": COUNT, "refused": refused, "read": COUNT - refused}
+        told |= {"megabytes": most_memory(), "seconds": round(worst, 1), "seen": sorted(set(SEEN))}
+        print(json.dumps(told), flush=True)
 
 
 main()
