@@ -401,12 +401,14 @@ class CareTask(control.Task):
         Args:
             begun: How many it has begun.
             done: How many it has completed.
-            left: What has become of hazards by them so far, by their numbers.
+            left: What it claims has become of hazards by them so far, by their numbers. What can be measured here,
+                whether a gate has latched and a small thing is off the floor, does not depend on it.
         """
         self.ledger.interventions[0] += begun
         self.ledger.interventions_done[0] += done
         for hazard, state in (left or {}).items():
-            self.children.state[hazard] = state
+            if hazard < len(self.plan.landings):
+                self.children.state[hazard] = state
 
     def is_standing(self, physics: Physics, candle: int) -> bool:
         """Return whether a candle is upright, and no lower than a table."""

@@ -64,12 +64,15 @@ def test_one_that_has_not_latched_swings_open_again(physics):
     assert physics.gate_positions()[0] > math.radians(30.0)
 
 
-def bumping(cell, action, close=False):
+def bumping(cell, action, close=False, claims=False):
     """An episode without a robot in which a child moves one way, again and again."""
     env = caregiver_mj.load("supervise", CORNER, random=0, task_kwargs={"robot": False}, visuals=False)
     env.reset()
     if close:
         turn(env.physics, 20.0, 6.0)
+    if claims:
+        env.step(np.zeros(0))
+        env.task.note_interventions(1, 1, {0: State.SHUT})
     env.task.children[0].behaviour = Scripted(CORNER, action)
     env.task.children[0].put(cell)
     for _ in range(4 * 84):
@@ -87,6 +90,12 @@ def test_a_child_falls_where_it_stands_open_and_not_where_it_is_shut():
     assert all(shut.physics.gates_latched())
     gate = CORNER.position((1, 5))[1] + layout.gate().hinge[0]
     assert shut.task.children[0].position[1] < gate - layout.CHILD_RADIUS
+
+
+def test_a_gate_that_is_only_said_to_be_shut_is_open():
+    claimed = bumping((2, 5), NORTH, claims=True)
+    assert claimed.task.outcome()["damage_gate"] == 3 * 5  # the first move had begun elsewhere
+    assert claimed.task.children.state.tolist() == [State.AS_PLANNED]
 
 
 def test_a_fence_keeps_a_child_out_from_beside():
