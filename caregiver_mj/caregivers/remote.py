@@ -290,6 +290,13 @@ class ChatCaregiver(RemoteCaregiver):
         return parse_json(given.choices[0].message.content or "")
 
 
+def way_of_asking(name: str) -> str:
+    """Return what the environment says of how a caregiver's server is asked, as far as its answers depend on it."""
+    names = (FRAMES, MOST_CALLS, MOST_TOKENS, PATIENCE, THINKING, *([BASE_URL] if name.startswith("chat:") else []))
+    said = [f"{name}={value}" for name in names if (value := os.environ.get(name))]
+    return f"asked with {' '.join(said)}" if said else "asked by default"
+
+
 @contextlib.contextmanager
 def asking(
     run: str | os.PathLike[str] | None = None,

@@ -315,4 +315,4 @@ def _other_code(found: Record, wanted: Record) -> list[str]:
         return [*lines, f"code is {there} there and {here} here"]
     added = {f"caregiver {name}" for name in wanted.get("caregivers", ()) if name not in found.get("caregivers", ())}
     differ = [what for what in {**there, **here} if there.get(what) != here.get(what) and what not in added]
-    return lines + [_CHANGED.format(f"code of {what}", there.get(what), here.get(what)) for what in differ]
+    return lines + [_CHANGED.format(what, there.get(what), here.get(what)) for what in differ]

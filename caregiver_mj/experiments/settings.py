@@ -13,6 +13,7 @@ import numpy as np
 
 from caregiver_mj.caregivers.foresight import child_model
 from caregiver_mj.caregivers.registry import CAREGIVERS, find_caregiver, is_caregiver, needs_pictures
+from caregiver_mj.caregivers.remote import SCHEMES, way_of_asking
 from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.children.family import CHILDREN, ChildSpec, Family
 from caregiver_mj.children.tape import Tape
@@ -216,9 +217,13 @@ class Settings:
         }
 
     def code(self) -> dict[str, str]:
-        """Return where the code of others that the results depend on comes from, by what it is: see `origins`."""
-        caregivers = (name for name in self.caregivers if name != FLOOR)
-        return origins(caregivers, self.families, self.embodiment if self.world == "house" else None)
+        """Return where the code of others that the results depend on comes from, by what it is: see `origins`.
+
+        Of caregivers elsewhere it is how they are asked.
+        """
+        caregivers = [name for name in self.caregivers if name != FLOOR]
+        asked = {f"caregiver {name}": way_of_asking(name) for name in caregivers if name.startswith(SCHEMES)}
+        return origins(caregivers, self.families, self.embodiment if self.world == "house" else None) | asked
 
     def blocks(self, grid_block: int = GRID_BLOCK, extended_at: Sequence[int] = ()) -> list[Block]:
         """Return the work in pieces, each done as a whole: one episode in the house, at most so many in the grid.

@@ -311,6 +311,17 @@ def test_a_run_keeps_its_exchanges_and_its_budget(server, tmp_path, capsys):
     assert f"{len(lines)} questions, {len(lines)} abstentions; {len(lines) - 3} x the budget" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("other", [["--thinking", "real-time"], ["--max-calls", "4"]])
+def test_a_run_is_not_continued_with_another_way_of_asking(server, tmp_path, capsys, other):
+    command = ["evaluate", "--world", "grid", "--episodes", "1", "--epsilon", "0.5", "--caregiver", "none"]
+    asks, folder = f"{server.address}/garbage", ["--out", str(tmp_path / "run")]
+    assert main([*command, asks, *folder, "--max-calls", "3"]) == 0
+    assert main([*command, asks, *folder, "--max-calls", "3", *other, "--resume"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()[-1:]
+    assert f"caregiver {asks} has changed, from asked with {remote.MOST_CALLS}=3 to asked with" in line
+    assert len(server.asked) == 3
+
+
 def test_a_model_is_asked_no_more_once_its_tokens_are_used_up(server, capsys):
     command = ["evaluate", "--world", "grid", "--episodes", "1", "--epsilon", "0.5", "--max-tokens", "250"]
     assert main([*command, "--caregiver", "none", "chat:some-model"]) == 0

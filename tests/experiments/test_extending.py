@@ -124,7 +124,7 @@ def test_a_run_is_not_gone_on_with_by_code_that_has_changed(tmp_path, plugin, ca
             assert cli.main([*argv, "--resume", *more]) == 2
             out, err = capsys.readouterr()
             assert (out, err.count("\n")) == ("", 1)
-            assert "the code of caregiver a_plugin:Mine has changed, from a_plugin.py, sha256 " in err
+            assert "the caregiver a_plugin:Mine has changed, from a_plugin.py, sha256 " in err
         file.write_text(text)
 
 
