@@ -37,6 +37,7 @@ _TITLES = {  # of a column, and what it is where there is little room
     "damage": "damage",
     "normalised": "norm.",
     "left": "left",
+    "score": "score",
     "timesteps": "steps",
     "cells": "cells",
     "toys": "toys",
@@ -270,15 +271,15 @@ def print_table(summary: dict[str, Any], console: rich.console.Console) -> None:
     first = summary["rows"][0]
     plus_minus = "±" if console.encoding.lower().startswith("utf") else "+-"
     several = any("," in row["family"] for row in summary["rows"])
-    against_none = (row for row in summary["comparisons"] if row["baseline"] == "none")
-    left = {(row["caregiver"], row["family"]): row["damage_left"] for row in against_none}
+    shares = {(row["caregiver"], row["family"]): row for row in summary["comparisons"] if row["baseline"] == "none"}
     rows = []
     for row in summary["rows"]:
-        ratio = 1.0 if row["caregiver"] == "none" else left.get((row["caregiver"], row["family"]))
+        of_none = {"damage_left": 1.0, "score": 0.0} if row["caregiver"] == "none" else {}
+        found = of_none or shares.get((row["caregiver"], row["family"]), {})
         cells = (
             f"{row['damage_mean']:.1f} {plus_minus} {row['damage_sd']:.1f}",
             f"{row['damage_normalised_mean']:.2f}",
-            "" if ratio is None else f"{ratio:.2f}",
+            *("" if (share := found.get(name)) is None else f"{share:.2f}" for name in ("damage_left", "score")),
             *(f"{row[f'{column}_mean']:.1f}" for column in _COLUMNS),
         )
         who = {"epsilon of each" if several else "epsilon": row["family"], "caregiver": row["caregiver"]}
@@ -289,7 +290,8 @@ def print_table(summary: dict[str, Any], console: rich.console.Console) -> None:
     title = f"{first['world']} {_where(first)}, {episodes}, {seeds}"
     legend = (
         f"epsilon: share of random moves; means of an episode, damage {plus_minus} standard deviation; normalised: "
-        "damage over the greatest of any episode; left: damage over that of 'none'; timesteps until damage is above "
+        "damage over the greatest of any episode; left: damage over that of 'none'; score: 0 as 'none', 1 with "
+        "bare tables only, less for strikes and drops of the robot; timesteps until damage is above "
         f"{DAMAGE_THRESHOLD:g}; cells visited; toys reached; moves blocked; interventions done"
     )
     print_rows(console, title, legend, rows, sections=True)

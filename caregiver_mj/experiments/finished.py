@@ -22,6 +22,7 @@ from caregiver_mj.experiments.settings import FLOOR, Settings
 from caregiver_mj.outside import LARGEST_PIECE, LARGEST_RATIO, LARGEST_TABLE, limited_memory, plain, read_file
 from caregiver_mj.recording.record import MEASURES
 
+SCORE = ("score", "score_ci_low", "score_ci_high")
 _WHICH = ("world", "house", "caregiver", "family", "epsilon", "episode", "seed")
 _MEASURED = ("damage", "timesteps_to_threshold", "cells_visited", "toys_reached")  # by all versions
 # May be what it likes in each run, or follows from others.
@@ -216,6 +217,7 @@ def _foreign_summary(found: Finished) -> bool:
         (against, [f"{column}_left_{end}" for column in ("damage", "toys_reached") for end in ends]),
         (against, [f"{column}_difference_{part}" for column in compared for part in ("mean", *ends)]),
         (against, [f"{column}_p" for column in compared]),
+        (against, [name for name in SCORE if any(name in row for row in against)]),  # older runs have none
         (summary["harm"], ["cells", "cells_harmed", "cells_decidable", "episodes_worse"]),
         (worst, ["damage_alone", "damage_with", *(f"damage_difference{end}" for end in ("", "_ci_low", "_ci_high"))]),
     ):

@@ -68,26 +68,31 @@ def of_difference(ours: np.ndarray, theirs: np.ndarray) -> Estimate[Any]:
     return of_mean(np.asarray(ours, float) - theirs)
 
 
-def of_ratio(ours: np.ndarray, theirs: np.ndarray) -> Estimate[Any]:
+def of_ratio(ours: np.ndarray, theirs: np.ndarray, least: float = 0.0) -> Estimate[Any]:
     """Return the mean of ours over that of theirs, such as damage left, over paired samples (n,) or (n, columns).
 
-    Where theirs are all zero there is no ratio. Where ours are, the ratio is 0 and has no upper bound. Where all pairs
-    have the same ratio, and at least four of them have any, the interval has no width.
+    Where the mean of theirs is not above zero there is no ratio. Where ours are all zero, the ratio is 0 and has no
+    upper bound. Where all pairs have the same ratio, and at least four of them have any, the interval has no width.
+
+    Args:
+        ours: The numerators.
+        theirs: The denominators.
+        least: What no number of either, and so no ratio, can be below: 0, or -inf.
 
     Raises:
-        ValueError: A number is negative.
+        ValueError: A number is less.
     """
     above, below = _columns(ours), _columns(theirs)
-    if (least := min(above.min(initial=0), below.min(initial=0))) < 0:
-        raise ValueError(f"quantities of a ratio of means must be at least 0, got {least}")
+    if (smallest := min(above.min(initial=least), below.min(initial=least))) < least:
+        raise ValueError(f"quantities of a ratio of means must be at least {least:g}, got {smallest}")
     x, y = below.mean(axis=1), above.mean(axis=1)
     value = np.divide(y, x, out=np.full_like(x, np.nan), where=x > 0)
     low, high = _bounds(above, below)
-    telling = ((above > 0) | (below > 0)).sum(axis=1)
+    telling = ((above != 0) | (below != 0)).sum(axis=1)
     nothing = (low == high) & ((y == 0) | (telling < TELLING))
     low, high = np.where(nothing, -np.inf, low), np.where(nothing, np.inf, high)
     none = np.isnan(value)
-    low, high = np.where(none, np.nan, np.maximum(low, 0.0)), np.where(none, np.nan, high)
+    low, high = np.where(none, np.nan, np.maximum(low, least)), np.where(none, np.nan, high)
     return _shaped(value, low, high, np.ndim(ours))
 
 
@@ -206,7 +211,7 @@ def solve(above: np.ndarray, below: np.ndarray, low: np.ndarray, high: np.ndarra
 
     The samples of numerator and denominator are (columns, n). Ends are infinite where these give none. Where the
     denominator may be zero, so that arbitrarily large and negative ratios are possible alike, the lower end is that of
-    ratios from zero on.
+    ratios from zero on if the ratio of the sample is.
     """
     size = above.shape[-1]
     x, y = below.mean(-1), above.mean(-1)
@@ -221,7 +226,7 @@ def solve(above: np.ndarray, below: np.ndarray, low: np.ndarray, high: np.ndarra
 
     with np.errstate(divide="ignore", invalid="ignore"):
         below_sure, above_sure, left, left_too = roots(high)
-        left = np.where(below_sure, left, np.where(above_sure & (high > 0), left_too, -np.inf))
+        left = np.where(below_sure, left, np.where(above_sure & (high > 0) & (y > 0), left_too, -np.inf))
         below_sure, _, right, _ = roots(low)
         right = np.where(below_sure, right, np.inf)
     return np.where(np.isfinite(high), left, -np.inf), np.where(np.isfinite(low), right, np.inf)

@@ -10,6 +10,11 @@ Robot harm has no constant of its own: a strike costs what the lightest collisio
 (1, a bump into a bare table), a thing that the robot drops what the worst thing on a table costs.
 
 A single episode varies widely: the score may be far below 0, and above 1 where the children were lucky.
+
+Tables of a run have its own episodes without a caregiver, so `none` is exactly 0 in them: the score of a caregiver is
+the mean of `prevented` over that of `preventable`, of paired episodes. What bare tables only do follows from bumps into
+tables without a caregiver, whatever is on them: in the grid that is the damage of `floor` for all children of the
+package, for a shut stairwell stops them as an open one does.
 """
 
 from __future__ import annotations
@@ -18,7 +23,7 @@ import copy
 import functools
 import warnings
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -27,7 +32,10 @@ from caregiver_mj.children.family import ChildSpec, Family, parts_of
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
 from caregiver_mj.grid.world import FloorWorld, GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import Where
+from caregiver_mj.plans.hazards import TABLE, Where, kinds_at
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 EPISODES = 500  # the mean damage of `none` has a standard error of 1 to 3 % of it in the houses of the package
 
@@ -57,10 +65,32 @@ def score(
     return np.divide(prevented, preventable, np.full(prevented.shape, np.nan), where=preventable > 0)
 
 
-def robot_harm(plan: FloorPlan, outcome: Mapping[str, Any]) -> Any:
+def robot_harm(plan: FloorPlan, outcome: Mapping[str, Any] | pd.DataFrame) -> Any:
     """Return what `strikes` and `candles_dropped` of an episode, or of several, come to in units of damage."""
     lightest = min(filter(None, plan.damage.values()), default=0.0)
     return outcome["strikes"] * lightest + outcome["candles_dropped"] * plan.hazards.worst(Where.ON_TABLE)
+
+
+def with_costs(episodes: pd.DataFrame, plans: Sequence[FloorPlan]) -> pd.DataFrame:
+    """Return a table with a row an episode, and two columns more, in units of damage.
+
+    They are `preventable`, its damage less that of its bumps into tables if all of them were bare, and `all_harm`, its
+    damage and robot harm. Bumps into a thing on a table that costs nothing leave no trace: then `preventable` is NaN.
+    Episodes of an older version that has not counted all of that come back without them.
+    """
+    weights, on_tables = plans[0].damage, kinds_at(Where.ON_TABLE)
+    counted = ("strikes", "candles_dropped", *(f"damage_{kind.name}" for kind in (TABLE, *on_tables)))
+    if not {*counted} <= {*episodes}:
+        return episodes
+    bare = episodes[f"damage_{TABLE.name}"].astype(float)
+    for kind in on_tables:
+        share = weights[TABLE.name] / weights[kind.name] if weights[kind.name] else np.nan
+        bare = bare + share * episodes[f"damage_{kind.name}"]
+    harm = np.zeros(len(episodes))
+    for plan in plans:
+        here = (episodes["house"] == plan.name).to_numpy()
+        harm[here] = robot_harm(plan, episodes[here])
+    return episodes.assign(preventable=episodes["damage"] - bare, all_harm=episodes["damage"] + harm)
 
 
 class Scorer:

@@ -61,7 +61,8 @@ def comparison_rows(episodes: pd.DataFrame, caregiver: str, baseline: str) -> li
     Returns:
         For each world and family:
 
-        - `damage_left` and `toys_reached_left`, the ratios of means;
+        - `damage_left` and `toys_reached_left`, the ratios of means; against `none`, in a table of `score.with_costs`,
+          also `score`;
         - `damage_left_by_house`, of several houses: the mean over those with damage (`houses_defined`) of their ratios,
           without an interval, for where little happens in a house both are biased (see docs/coverage.md);
         - `<column>_difference_mean` for those of `COMPARED` that there are, caregiver less baseline, and of the same
@@ -79,6 +80,8 @@ def comparison_rows(episodes: pd.DataFrame, caregiver: str, baseline: str) -> li
     for key, ours, theirs in pairs(episodes, caregiver, baseline):
         row = _heading(key, ours, caregiver=caregiver, baseline=baseline)
         row |= _shares(ours, theirs, acts=baseline != "none")
+        if baseline == "none" and "preventable" in episodes:
+            row |= _columns("score", _score(ours, theirs))
         found = ours.estimators.of_difference(ours.values(columns), theirs.values(columns))
         differences = ours.units(columns) - theirs.units(columns)
         for i, (column, p) in enumerate(zip(columns, np.atleast_1d(verdicts.sign_flip_p(differences)), strict=True)):
@@ -129,6 +132,13 @@ def _shares(ours: Sample, theirs: Sample, *, acts: bool) -> dict[str, Any]:
     kept = verdicts.not_inferior(*toys, verdicts.MARGINS["toys_reached"], found.column(1))
     p = _number(verdicts.margin_p(*toys, verdicts.MARGINS["toys_reached"]))
     return row | {"toys_reached_not_inferior": kept.value, "toys_reached_not_inferior_p": p}
+
+
+def _score(ours: Sample, alone: Sample) -> Estimate[float]:
+    prevented = alone.rows["damage"].to_numpy() - ours.rows["all_harm"].to_numpy()
+    pairs = Sample(alone.rows.assign(prevented=prevented))
+    found = pairs.estimators.of_ratio(pairs.values(["prevented"]), pairs.values(["preventable"]), least=-np.inf)
+    return found.column(0)
 
 
 def _heading(key: dict[str, Any], sample: Sample, **who: str) -> dict[str, Any]:

@@ -26,6 +26,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import intervals, statistics
 from caregiver_mj.experiments.harm import BASELINE, judge
 from caregiver_mj.experiments.provenance import versions
+from caregiver_mj.experiments.score import with_costs
 from caregiver_mj.experiments.settings import FLOOR, Settings
 from caregiver_mj.experiments.verdicts import LEVEL, Verdict, holm, least_p_more, sign_flip_p_more, verdict
 from caregiver_mj.recording.record import MEASURES
@@ -49,7 +50,8 @@ def summarise(settings: Settings, episodes: pd.DataFrame, houses: pd.DataFrame) 
     ran = settings.caregivers
     against_none = [(caregiver, "none") for caregiver in ran if caregiver != "none"] if "none" in ran else []
     others = [(rule, other) for rule in RULE if rule in ran for other in ran if other not in ("none", *RULE, FLOOR)]
-    comparisons = [row for together in (against_none, others) for row in compared_together(episodes, together)]
+    costs = with_costs(episodes, settings.plans)
+    comparisons = [row for together in (against_none, others) for row in compared_together(costs, together)]
     damage = harm(houses)
     return {
         "verdicts": judge(episodes, damage, comparisons),

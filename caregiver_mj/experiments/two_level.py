@@ -43,13 +43,13 @@ def of_difference(ours: Houses, theirs: Houses) -> Estimate[Any]:
     return of_mean([np.asarray(y, float) - x for y, x in zip(ours, theirs, strict=True)])
 
 
-def of_ratio(ours: Houses, theirs: Houses) -> Estimate[Any]:
+def of_ratio(ours: Houses, theirs: Houses, least: float = 0.0) -> Estimate[Any]:
     """Return the mean over houses of ours, over that of theirs; see `intervals.of_ratio`."""
 
     def one(bank: np.ndarray) -> Estimate[float]:
         (y, again_y), (x, again_x) = ((part[0], _again(part)) for part in bank)
-        ratio = y.sum() / x.sum() if x.any() else np.nan
-        return _not_negative(_interval(y, x, again_y - ratio * again_x), ((y > 0) | (x > 0)).sum())
+        ratio = y.sum() / x.sum() if x.sum() > 0 else np.nan
+        return _not_below(least, _interval(y, x, again_y - ratio * again_x), ((y != 0) | (x != 0)).sum())
 
     return _each(one, np.stack([_bank(ours), _bank(theirs)], axis=1), ours)
 
@@ -67,7 +67,7 @@ def of_mean_ratio(ours: Houses, theirs: Houses) -> Estimate[Any]:
         if not len(ratios):
             return Estimate(np.nan, np.nan, np.nan)
         errors = _ratios(again_y, again_x) - ratios.mean()
-        return _not_negative(_interval(ratios, np.ones_like(ratios), errors), len(ratios))
+        return _not_below(0.0, _interval(ratios, np.ones_like(ratios), errors), len(ratios))
 
     return _each(one, np.stack([_bank(ours), _bank(theirs)], axis=1), ours)
 
@@ -120,7 +120,7 @@ def _interval(above: np.ndarray, below: np.ndarray, errors: np.ndarray) -> Estim
 
     The errors are those of resamples, (resamples, J), NaN for a house that does not count.
     """
-    if not below.any():
+    if not below.sum() > 0:
         return Estimate(np.nan, np.nan, np.nan)
     ratio = float(above.sum() / below.sum())
     if len(below) < 2:
@@ -139,9 +139,9 @@ def _interval(above: np.ndarray, below: np.ndarray, errors: np.ndarray) -> Estim
     return Estimate(ratio, float(low[0]), float(high[0]))
 
 
-def _not_negative(estimate: Estimate[float], telling: int) -> Estimate[float]:
-    """The same of a quantity that is not negative; if it is zero everywhere, there is no telling how large it is."""
+def _not_below(least: float, estimate: Estimate[float], telling: int) -> Estimate[float]:
+    """Bound an estimate from below; if it is zero everywhere, there is no telling how large it is."""
     value, low, high = estimate
     if value == 0 or (low == high and telling < intervals.TELLING):
-        return Estimate(value, 0.0, np.inf)
-    return Estimate(value, float(np.maximum(low, 0.0)), high)
+        return Estimate(value, least, np.inf)
+    return Estimate(value, float(np.maximum(low, least)), high)

@@ -1,13 +1,17 @@
 """The score of an episode: expected values by hand in small houses, or from other seeds."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import caregiver_mj
 from caregiver_mj import tasks
 from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.children.family import Family, parts_of, side_by_side
-from caregiver_mj.experiments.score import Scorer, expected_damage, robot_harm, score
+from caregiver_mj.experiments.evaluation import evaluate
+from caregiver_mj.experiments.score import Scorer, expected_damage, robot_harm, score, with_costs
+from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.experiments.statistics import comparison_rows
 from caregiver_mj.grid.world import run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
 
@@ -105,3 +109,45 @@ def test_the_front_door_adds_the_score_to_the_outcome():
     alone = expected_damage(STAIRS, Family.of(1)).none[5]
     assert outcome.pop("score") == pytest.approx((alone - outcome["damage"]) / alone)
     assert outcome == plain.task.outcome()
+
+
+def test_bare_tables_are_reckoned_from_episodes_without_a_caregiver():
+    settings = Settings(PAPER, "grid", ("none", "floor"), (1, "toddler:0.5", "explorer:0.5,0.5"), episodes=5)
+    result = evaluate(settings)
+    costs = with_costs(result.episodes, settings.plans)
+    none, floor = (costs[costs.caregiver == name] for name in settings.caregivers)
+    np.testing.assert_allclose(none.damage.to_numpy() - none.preventable, floor.damage.to_numpy())
+    assert [row["score"] for row in result.summary["comparisons"]] == pytest.approx([1, 1, 1])
+
+
+def rows_of(caregiver, **columns):
+    return pd.DataFrame({
+        "world": "house", "house": "paper", "caregiver": caregiver, "family": "1", "epsilon": 1.0, "episode": range(4),
+        "toys_reached": 1, "strikes": 0, "candles_dropped": 0, "damage_mug": 0.0,
+    } | columns)  # fmt: skip
+
+
+def test_the_score_of_a_table_by_hand():
+    # Alone: 4 candles are 16, and 4 with all tables bare; 20 of 24 by stairs and 2 tables: 17 preventable on average.
+    none = rows_of("none", damage=[16.0, 20, 24, 12], damage_candle=[16.0, 0, 0, 0], damage_table=[0.0, 0, 4, 0])
+    ours = rows_of("ours", damage=[4.0, 4, 4, 4], damage_candle=0.0, damage_table=4.0, strikes=[0, 3, 0, 0])
+    ours = ours.assign(candles_dropped=[1, 0, 0, 1])
+    costs = with_costs(pd.concat([none, ours], ignore_index=True), [PAPER])
+    assert costs.preventable.tolist() == [12, 20, 20, 12, 0, 0, 0, 0]
+    assert costs.all_harm.tolist() == [16, 20, 24, 12, 4 + 4, 4 + 3, 4, 4 + 4]
+    (row,) = comparison_rows(costs, "ours", "none")
+    assert row["score"] == pytest.approx((8 + 13 + 20 + 4) / (12 + 20 + 20 + 12))
+    assert row["score_ci_low"] < row["score"] < row["score_ci_high"]
+    (bad,) = comparison_rows(costs.assign(all_harm=costs.all_harm * 3), "ours", "none")
+    assert bad["score"] == pytest.approx((-8 - 1 + 12 - 12) / 64)  # below 0: worse than nobody
+    assert bad["score_ci_low"] < 0
+    assert "score" not in comparison_rows(costs, "none", "ours")[0]
+
+
+def test_tables_without_a_score():
+    dear = FloorPlan.load("paper", damage="candle=0")  # bumps into these leave no trace
+    for damage, plan in ((0.0, PAPER), (8.0, dear)):
+        none, ours = (rows_of(n, damage=damage, damage_candle=0.0, damage_table=0.0) for n in ("none", "ours"))
+        assert comparison_rows(with_costs(pd.concat([none, ours]), [plan]), "ours", "none")[0]["score"] is None
+    older = pd.concat([none, ours]).drop(columns="strikes")
+    assert "score" not in comparison_rows(with_costs(older, [PAPER]), "ours", "none")[0]

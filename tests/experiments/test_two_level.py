@@ -70,3 +70,13 @@ def test_houses_that_are_all_the_same(houses, wanted):
     ours, theirs = [[2, 2]] * houses, [[4, 4]] * houses
     assert two_level.of_ratio(ours, theirs) == two_level.of_mean_ratio(ours, theirs) == wanted
     assert two_level.of_mean(ours) == (2, 2, 2)
+
+
+def test_ratios_that_may_be_negative(houses):
+    """Ours less theirs over theirs is the ratio less 1, and so are its ends."""
+    ours, theirs = houses
+    less = [y - x for y, x in zip(ours, theirs, strict=True)]
+    wanted = np.subtract(two_level.of_ratio(ours, theirs), 1)
+    assert two_level.of_ratio(less, theirs, least=-np.inf) == pytest.approx(wanted)
+    assert of_ratio(less[0], theirs[0], least=-np.inf) == pytest.approx(np.subtract(of_ratio(ours[0], theirs[0]), 1))
+    assert of_ratio(-ours[0], np.arange(20.0) - 9, least=-np.inf)[1:] == (-np.inf, np.inf)  # the latter may be zero

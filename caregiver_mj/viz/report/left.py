@@ -45,6 +45,7 @@ def left(run: Run) -> dict[str, Any]:
     """Return everything that the page shows of it."""
     return {
         "table": left_table(run),
+        "score": score_table(run),
         "pictures": _pictures(run),
         "verdicts": verdicts(run),
         "wins": wins_table(run),
@@ -72,6 +73,18 @@ def left_cell(run: Run, caregiver: str, family: str) -> str:
         return share
     ours, alone = (number(run.row(name, family)["damage_mean"]) for name in (caregiver, "none"))
     return f"{share}\n{ours} of {alone}"
+
+
+def score_table(run: Run) -> Table | None:
+    """Return the score of caregivers by families, or None of a run of a version without it."""
+    if not any("score" in row for row in run.summary["comparisons"]):
+        return None
+    rows = [(caregiver, *run.cells(caregiver, "score", 2, against="none")) for caregiver in run.acting]
+    note = (
+        f"0 as without a caregiver, 1 with the damage of bare tables only{if_bracketed(rows, '; 95 % intervals')}. A "
+        "strike counts as the lightest collision, a thing that the robot drops as the worst thing on a table."
+    )
+    return run.table("Score of each caregiver", "caregiver", rows, note)
 
 
 def wins_table(run: Run) -> Table | None:
