@@ -19,7 +19,7 @@ import numpy as np
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.foresight.child_model import EPSILONS, Followers, child_chain
 from caregiver_mj.caregivers.foresight.foresight import each_on_a_table
-from caregiver_mj.caregivers.foresight.motion import motion
+from caregiver_mj.caregivers.foresight.motion import Motion, motion
 from caregiver_mj.caregivers.foresight.value_table import Objective, candles_at_a_time, value_tables
 from caregiver_mj.caregivers.percept import Outlook, Pace, Percept, bare_tables
 from caregiver_mj.danger.chain import discounted_entry, expected_hits, first_entry, first_passage
@@ -72,6 +72,11 @@ def _prospects(plan: FloorPlan) -> np.ndarray:
     return np.concatenate(found, axis=1).reshape(chain.shape[0], chain.size // chain.shape[0], -1).astype(np.float32)
 
 
+def _ways(plan: FloorPlan, pace: Pace) -> Motion:
+    """Return how it moves: as in the grid, where it is trained, no slower beside a child than elsewhere."""
+    return motion(plan, dataclasses.replace(pace, beside=()))
+
+
 @functools.lru_cache(maxsize=4)
 def _without_candles(plan: FloorPlan, pace: Pace) -> tuple[np.ndarray, np.ndarray]:
     """Return the damage to come if there were no candles, and the goals and epsilons that it is by, (J,).
@@ -84,7 +89,7 @@ def _without_candles(plan: FloorPlan, pace: Pace) -> tuple[np.ndarray, np.ndarra
         none = np.zeros((1, 1, 1, 1), np.float32)
         shape = 1 << len(plan.mouths), 1 + len(plan.floor_cells), len(plan.free_cells) * len(plan.caregiver_cells), 1
         return np.broadcast_to(none, shape), np.zeros(1, int)
-    tables = value_tables(bare, pace, dataclasses.replace(OBJECTIVE, sweeps=40))
+    tables = value_tables(bare, dataclasses.replace(pace, beside=()), dataclasses.replace(OBJECTIVE, sweeps=40))
     by_gates = {sum(1 << (gate - len(plan.landings)) for gate in shut): table for shut, table in tables.items()}
     values = [np.stack([one.value[0], *(going[0] for going in one.going)]) for _, one in sorted(by_gates.items())]
     return np.stack(values), next(iter(tables.values())).possible
@@ -226,7 +231,7 @@ class _Look:
 
     def _time(self) -> None:
         """Find how long it takes to get there, and to be done; where it will be at the next move, and in the end."""
-        by, pace, ways, pair = self.by, self.by.pace, motion(self.plan, self.by.pace), self.by.pair
+        by, pace, ways, pair = self.by, self.by.pace, _ways(self.plan, self.by.pace), self.by.pair
         near = by.apart[self.cell[:, None], self.child]
         self.near, here, left = near.min(axis=1), self.cell[:, None], self.left[:, None]
         nearest = self.child[np.arange(self.count), near.argmin(axis=1)][:, None]
@@ -237,8 +242,7 @@ class _Look:
         way = ways.distance[goal, nearest, here].astype(float)
         self.barred = (way == UNREACHABLE) & goes
         self.way = way = np.where(goes, np.where(self.barred, ways.open_distance[goal, here] + 6.0, way), 0.0)
-        steps = np.clip(np.rint(self.left * pace.cells), 0, len(ways.after) - 1).astype(int)
-        self.after = ways.after[steps[:, None], spot, nearest, here].astype(int)
+        self.after = ways.walk(spot, nearest, here, np.rint(left * pace.cells))[0]
         self.end, self.carry = np.where(goes, ways.end[goal, here], self.after), np.zeros(way.shape)
         if pair.any():
             to, stand = len(ways.posts) + by.table[pair], self.end[:, pair]
@@ -272,7 +276,7 @@ class _Look:
 
     def afterwards(self) -> list[np.ndarray]:
         """Return what the others may do until it could get to them after that, and what could then be saved."""
-        ways = motion(self.plan, self.by.pace)
+        ways = _ways(self.plan, self.by.pace)
         target = np.concatenate([self.table + len(ways.posts), np.tile(ways.floor, (self.count, 1))], axis=1)
         onwards = ways.open_distance[target.astype(int)[:, None], self.end[..., None]] / self.by.pace.cells
         harm = _within(self.now[:, :, None, self.others], onwards + self.done[..., None])

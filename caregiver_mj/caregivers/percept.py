@@ -27,6 +27,8 @@ class Pace:
         start: Time that it loses on each way by setting off and stopping, likewise.
         close: Time to close a gate before which it stands, likewise.
         pick_up: Time to pick up what lies on the floor where it stands, likewise.
+        beside: Time to walk into the next cell with a child so many cells ahead of this one, a row each, and so many
+            to the side, a column each. Beyond these, and with a child behind it, it is 1.
     """
 
     cells: float = 3.0
@@ -35,6 +37,19 @@ class Pace:
     start: float = 0.0
     close: float = 1.0
     pick_up: float = 1.0
+    beside: tuple[tuple[float, ...], ...] = ()
+
+    def way(self, step: np.ndarray, child: np.ndarray) -> np.ndarray:
+        """Return the time to walk into the next cell, (...), by rows and columns of that and of the child, (..., 2).
+
+        Both count from the cell in which it is.
+        """
+        ahead = (step * child).sum(axis=-1)
+        if not self.beside:
+            return np.ones(ahead.shape)
+        aside = np.abs(step[..., 0] * child[..., 1] - step[..., 1] * child[..., 0])
+        known = np.pad(self.beside, ((1, 1), (0, 1)), constant_values=1.0)  # behind it, and beyond
+        return known[np.clip(ahead + 1, 0, len(known) - 1), np.minimum(aside, known.shape[1] - 1)]
 
 
 PAPER = Pace()  # of the caregiver in the paper's grid: 5.0 km/h over the child's 1.6 km/h, rounded down (section V.C)

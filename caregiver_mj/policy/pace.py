@@ -1,7 +1,7 @@
-"""How long a robot takes in a house for what a caregiver does, from its limits, with no child in its way.
+"""How long a robot takes in a house for what a caregiver does, from its limits, with a child beside it or none.
 
 The house's ways are those from anywhere that it has something to do to anywhere else that it has, driven from rest to
-rest. What children cost it on them a caregiver reckons with itself.
+rest. Beside a child it takes as long as `separation.allowed_rate` leaves it.
 """
 
 from __future__ import annotations
@@ -20,11 +20,15 @@ from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.reach import UP, pick_up_path, reach_path, tray_path
 from caregiver_mj.robot.scalar_motion import ScalarMotion
+from caregiver_mj.robot.separation import allowed_rate
 from caregiver_mj.robot.skills.close import closing
 from caregiver_mj.robot.skills.pick_up import AT_FLOOR, CARRYING
+from caregiver_mj.robot.view import ChildView, View
 
 _WAYS = 40  # driven to find the mean
 _STEP = 0.005  # seconds
+_POINTS, _SLOWEST = 10, 0.02  # of a cell's way at which the speed is asked for; and the share of it that is always left
+_AHEAD, _ASIDE = 5, 3  # cells between robot and child, along its way and across, from which on there is no difference
 
 
 def robot_pace(navigator: Navigator, novice_timestep: float, control_timestep: float) -> Pace:
@@ -53,7 +57,28 @@ def robot_pace(navigator: Navigator, novice_timestep: float, control_timestep: f
     times = (novice_timestep, *handling_times(navigator.robot), lost)
     closes = closing_time(navigator.robot) if navigator.plan.mouths else of_a_cell
     picks_up = picking_up_time(navigator.robot) if navigator.plan.floor_cells else of_a_cell
-    return Pace(*(time / of_a_cell for time in (*times, closes, picks_up)))
+    beside = beside_a_child(navigator.robot, navigator.plan.cell_size, navigator.plan.cell_size / of_a_cell)
+    return Pace(*(time / of_a_cell for time in (*times, closes, picks_up)), beside=beside)
+
+
+def beside_a_child(robot: Embodiment, cell_size: float, speed: float) -> tuple[tuple[float, ...], ...]:
+    """Return the times to drive to the next cell with a child that stands beside the way, as `Pace.beside`.
+
+    They count in that of a cell with no child about. Cells are in metres, the speed is in metres a second.
+    """
+    return tuple(
+        tuple(_way_past(robot, cell_size, speed, (cell_size * ahead, cell_size * aside)) for aside in range(_ASIDE))
+        for ahead in range(_AHEAD)
+    )
+
+
+def _way_past(robot: Embodiment, cell_size: float, speed: float, child: tuple[float, float]) -> float:
+    stands, nothing = (ChildView(child, (0.0, 0.0)),), np.zeros((0, 4))
+    rates = []
+    for point in (np.arange(_POINTS) + 0.5) * cell_size / _POINTS:
+        view = View(0.0, (point, 0.0, 0.0), 0.0, nothing, stands, nothing[:, :3], nothing)
+        rates.append(allowed_rate(view, robot, (speed, 0.0)))
+    return float(np.mean(1.0 / np.maximum(_SLOWEST, rates)))
 
 
 def _ways(plan: FloorPlan) -> list[tuple[Cell, Cell]]:

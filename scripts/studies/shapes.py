@@ -30,24 +30,20 @@ from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.interventions.verb import CLOSE
-from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import KINDS, NOTHING
 from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.plans.shapes import SHAPES
 from caregiver_mj.policy.pace import robot_pace
-from caregiver_mj.robot.embodiment import DEFAULT, Embodiment
+from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.navigation import Navigator
-from caregiver_mj.robot.separation import allowed_rate
-from caregiver_mj.robot.view import ChildView, View
 from caregiver_mj.tasks.base import CONTROL_TIMESTEP
 from study import Page, Parser, read_run, run_all, run_episodes
 
 COUNTS = ("strikes", "strikes_surface", "candles_dropped")
 SLOWED = {"pace": False, "separation": True}  # columns of damage, and whether the caregiver slows down beside a child
 TICKS = 5  # into which a step of the caregiver is divided
-_POINTS, _SLOWEST = 10, 0.02  # of a way at which its speed is asked for; and the share of it that it always has
 _CHANGED = "caregiver_cell", "holding", "candle_table", "state", "orders", "done"  # of a world, by a caregiver's action
 PARTS = "interventions", "interventions_done", "moves_blocked_stairwell", "moves_blocked_free", "toys_reached"
 
@@ -86,9 +82,7 @@ class SlowedGrid(GridWorld):
     is over. After every move of the child it thinks again, and sets off anew if it then wants something else.
     """
 
-    def __init__(
-        self, plan: FloorPlan, family: Family, caregiver: Caregiver, pace: Pace, separates: Embodiment | None = None
-    ):
+    def __init__(self, plan: FloorPlan, family: Family, caregiver: Caregiver, pace: Pace, separates: bool = True):
         """Prepare episodes.
 
         Args:
@@ -96,13 +90,11 @@ class SlowedGrid(GridWorld):
             family: The child.
             caregiver: Which is told its pace.
             pace: How long it takes.
-            separates: A robot by whose rule it also slows down beside the child, `separation.allowed_rate`, if any.
+            separates: Whether it also slows down beside the child, as its pace says.
         """
         super().__init__(plan, family, caregiver)
-        self._pace = caregiver.pace = pace
-        self._separates = separates
-        self._speed = pace.cells * plan.cell_size / novice_timestep(CONTROL_TIMESTEP, plan.cell_size)  # m/s
-        self._way_past = functools.cache(self._way_past_child)
+        self._pace = caregiver.pace = pace if separates else dataclasses.replace(pace, beside=())
+        self._cells = np.array(plan.caregiver_cells)
 
     def reset(self, tapes: Sequence[Sequence[Tape]]) -> None:
         super().reset(tapes)
@@ -166,23 +158,8 @@ class SlowedGrid(GridWorld):
 
     def _way(self, start: int, end: int) -> float:
         """Return the steps that it takes from a cell to the next one."""
-        if self._separates is None:
-            return 1.0
-        cells = [self.plan.caregiver_cells[i] for i in (start, end, self.child_cell[0, 0])]
-        (x, y), (there_x, there_y), (child_x, child_y) = cells
-        return self._way_past((there_x - x, there_y - y), (child_x - x, child_y - y))
-
-    def _way_past_child(self, end: Cell, child: Cell) -> float:
-        """Return the same with a child that stands in a cell, both counted from the start."""
-        assert self._separates is not None
-        size, total = self.plan.cell_size, 0.0
-        velocity = self._speed * end[0], self._speed * end[1]
-        stands, nothing = (ChildView((size * child[0], size * child[1]), (0.0, 0.0)),), np.zeros((0, 4))
-        for point in (np.arange(_POINTS) + 0.5) * size / _POINTS:
-            base = point * end[0], point * end[1], 0.0
-            view = View(0.0, base, 0.0, nothing, stands, nothing[:, :3], nothing)
-            total += 1.0 / max(_SLOWEST, allowed_rate(view, self._separates, velocity))
-        return total / _POINTS
+        here, child = self._cells[start], self._cells[self.child_cell[0, 0]]
+        return float(self._pace.way(self._cells[end] - here, child - here))
 
 
 @functools.lru_cache(maxsize=2)
@@ -198,8 +175,7 @@ def slowed(job: tuple[str, str, str, int, bool, str]) -> float:
     (plan,) = houses_named([house])
     caregiver = make_caregiver(name, plan)
     assert caregiver is not None  # it is not "none"
-    beside = find_embodiment(robot) if separates else None
-    world = SlowedGrid(plan, Family.of(child), caregiver, pace_of(plan, robot), beside)
+    world = SlowedGrid(plan, Family.of(child), caregiver, pace_of(plan, robot), separates)
     return float(world.run([Tape.draw_family(np.random.RandomState(seed), 1)]).damage[0])
 
 

@@ -13,7 +13,6 @@ from caregiver_mj.children.tape import Tape
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.hazards import State
-from caregiver_mj.robot.embodiments import find_embodiment
 from studies.shapes import TICKS, SlowedGrid, pace_of, run_slowed
 
 # A child in the corner between its two bins, to which it always wants, never leaves it.
@@ -49,8 +48,8 @@ class Told(CommandedCaregiver):
 def corridor(column, *told, separates=None, plan=CORRIDOR):
     """The grid with a caregiver in a column of the corridor, and ticks: of a timestep, a cell, and to set off."""
     caregiver = Told(plan, *told)
-    pace, robot = (pace_of(plan), find_embodiment()) if separates is not None else (PACE, None)
-    world = SlowedGrid(plan, Family.of(0.0), caregiver, pace, robot if separates else None)
+    pace = pace_of(plan) if separates is not None else PACE
+    world = SlowedGrid(plan, Family.of(0.0), caregiver, pace, separates)
     world.reset([Tape.draw_family(np.random.RandomState(0), 1)])
     world.child_cell, world.caregiver_cell = np.array([[0]]), np.array([plan.cell_index[1, column]])
     return world, round(TICKS * pace.cells), TICKS, round(TICKS * (1.0 + pace.start)) - TICKS

@@ -37,8 +37,9 @@ class Motion:
         stands: The cells beside each table, (tables, cells beside one), filled up with the first of them.
         aside: Number of that place; that of `stay` is the next one.
         distance: Steps to every place, `UNREACHABLE` where the child bars the way, (aside + 1, C, R): by the child's
-            cell and the caregiver's.
-        after: Cell after a number of steps on the way to every place, (steps + 1, aside + 2, C, R).
+            cell and the caregiver's. A cell beside the child takes more than one.
+        turn: Steps that it makes in a timestep to come. It is thought to set off in each: were it thought to be on its
+            way, it would rather set off later.
         open_distance: Steps to every place before `aside` if there is no child, (aside, R).
         end: The cell in which the way to every place before `aside` ends if there is no child, (aside, R).
         nearest: Which of the cells beside each table is the nearest, a number among `stands`, (tables, R).
@@ -56,30 +57,46 @@ class Motion:
         self.aside = len(goals)
         routes = Routes(plan, goals)
         self.open_distance = routes.open_distance.astype(int)
-        distance, towards = zip(*(routes.around(child) for child in range(len(plan.free_cells))), strict=True)
-        self.distance = np.stack(distance, axis=1)
+        moves, towards = zip(*(routes.around(child) for child in range(len(plan.free_cells))), strict=True)
         here = np.broadcast_to(np.arange(cells, dtype=np.int16), (1, len(plan.free_cells), cells))
-        one = np.concatenate([np.stack(towards, axis=1), here])
-        steps = [np.broadcast_to(here, one.shape)]
-        for _ in range(math.ceil(pace.cells)):
-            steps.append(np.take_along_axis(one, steps[-1].astype(int), axis=2))
-        self.after = np.stack(steps)
+        self._next = np.concatenate([np.stack(towards, axis=1), here])
+        where = np.array(plan.caregiver_cells)
+        child = where[: len(plan.free_cells), None]
+        self._takes = pace.way(where[self._next] - where, child - where).astype(np.float32)
+        self.distance = self._steps(np.stack(moves, axis=1))
+        self.turn = max(pace.cells - pace.start, min(1.0, pace.cells))
         most = max(map(len, stands), default=1)
         self.stands = np.array([(stand + most * stand[:1])[:most] for stand in stands], int).reshape(-1, most)
         apart = graph.distances_from(range(cells))
         self.nearest = apart[self.stands].argmin(axis=1)
         self.end = np.array([np.array(goal)[apart[goal].argmin(axis=0)] for goal in goals]).reshape(-1, cells)
 
-    @functools.cached_property
-    def turns(self) -> list[tuple[int, float]]:
-        """Steps that it makes in a timestep to come, and the share of the timesteps in which it makes so many.
+    def _steps(self, moves: np.ndarray) -> np.ndarray:
+        """Return how many steps so many moves to every place take while the child stands still, alike."""
+        if not self.pace.beside:
+            return moves
+        steps = moves.astype(np.float32)
+        for far in range(1, moves[moves < UNREACHABLE].max(initial=0) + 1):
+            some = place, child, _ = np.nonzero(moves == far)
+            steps[some] = self._takes[some] + steps[place, child, self._next[some]]
+        return steps
 
-        It is thought to set off in each. Were it thought to be on its way, it would rather set off later.
+    def walk(
+        self, place: np.ndarray | int, child: np.ndarray, cell: np.ndarray, left: np.ndarray | float
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return where it is on the way to a place after the steps that are left: (...) each, as all that is given.
+
+        That is a cell, or the next one with the probability that is returned with it: the time spent on it over the
+        time needed. Were one that is not reached in time never reached, it would never walk past a child.
         """
-        cells = max(self.pace.cells - self.pace.start, min(1.0, self.pace.cells))
-        whole = math.floor(cells)
-        rest = cells - whole
-        return [(whole, 1.0 - rest), *([(whole + 1, rest)] if rest else [])]
+        place, child, here, left = np.broadcast_arrays(place, child, cell, np.asarray(left, float))
+        for _ in range(math.ceil(self.pace.cells)):
+            goes = self._takes[place, child, here] <= left + _ROUNDING
+            left = left - goes * self._takes[place, child, here]
+            here = np.where(goes, self._next[place, child, here], here)
+        then = self._next[place, child, here]
+        share = np.where(then == here, 0.0, left / self._takes[place, child, here])
+        return here, then, np.where(share > _ROUNDING, share, 0.0).astype(np.float32)
 
     def fetch(
         self, table: np.ndarray | int, child: np.ndarray, cell: np.ndarray, left: np.ndarray | int
@@ -87,17 +104,16 @@ class Motion:
         """Return what comes of going for the candle on a table until the child's next move, in `left` steps.
 
         Returns:
-            Whether it has got the candle by then; the cell in which it then is or, if it has got it, in which it has
-            been when it did; and the steps that are left after that: (n,) each, as all that is given.
+            The probability that it has got the candle by then, the time left for that over the time needed; the cell in
+            which it is by then or, if it has got it, in which it has been when it did; and the steps that are left
+            after that if it is certain: (n,) each, as all that is given.
         """
         place = len(self.posts) + np.asarray(table)
-        distance = self.distance[place, child, cell].astype(int)
-        rest = left - distance - self.pace.get
-        got = rest > -_ROUNDING
-        most = len(self.after) - 1
-        walked = np.where(got, distance, np.rint(left - np.maximum(0.0, self.pace.get - 1.0)))
-        at = self.after[np.clip(walked, 0, most).astype(int), place, child, cell].astype(int)
-        return got, at, np.where(got, np.maximum(rest, 0.0), 0.0)
+        rest = left - self.distance[place, child, cell].astype(float)
+        here, then, share = self.walk(place, child, cell, left)
+        got = np.clip((rest + _ROUNDING) / self.pace.get, 0.0, 1.0)
+        got = np.where(rest > _ROUNDING, got, 0.0)
+        return got, np.where(share > 0.5, then, here), np.maximum(rest - self.pace.get, 0.0)
 
     def carry(self, stand: np.ndarray, table: np.ndarray, child: np.ndarray, left: np.ndarray) -> np.ndarray:
         """Return how many moves a child makes until a candle has been carried to a table, (n,), or of any shape.
@@ -119,17 +135,13 @@ class Motion:
         far = self.open_distance[len(self.posts) : self.floor.start].max(initial=0)
         return int(self.timesteps(far + _PATIENCE * self.pace.cells + self.handling, 0.0))
 
-    def picks_up(
-        self, place: int, child: np.ndarray, cell: np.ndarray, left: np.ndarray | int
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def picks_up(self, place: int, child: np.ndarray, cell: np.ndarray, left: np.ndarray | int) -> np.ndarray:
         """Return what comes of going for what lies in a place of `floor` until the child's next move, in `left` steps.
 
         Returns:
-            Whether it has begun to pick it up by then, and the cell in which it then is: (n,) each, as all cells.
+            Whether it has begun to pick it up by then, (n,), as all that is given.
         """
-        begun = left - self.distance[place, child, cell] - min(1.0, self.pace.pick_up) > -_ROUNDING
-        steps = np.clip(np.rint(left), 0, len(self.after) - 1).astype(int)
-        return begun, self.after[steps, place, child, cell].astype(int)
+        return left - self.distance[place, child, cell] - min(1.0, self.pace.pick_up) > -_ROUNDING
 
     @property
     def handling(self) -> float:

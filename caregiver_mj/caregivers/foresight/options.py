@@ -129,7 +129,6 @@ class Sums:
         cell, tables = self.percept.caregiver_cell[worlds], self.percept.candle_table[worlds]
         left = np.ones(len(worlds)) if self.percept.time_left is None else self.percept.time_left[worlds]
         left = left * motion.pace.cells
-        steps = np.clip(np.rint(left), 0, len(motion.after) - 1).astype(int)
         # Every choice of as many candles as are planned for at a time; the others are thought to stay for ever.
         groups = list(itertools.combinations(range(candles), values.layouts.candles))
         chosen = np.array(groups, int).reshape(len(groups), values.layouts.candles)
@@ -143,13 +142,16 @@ class Sums:
         self.lying[:] += np.einsum("wos,ws->wo", values.taken[here], belief)
         self.then[:] += np.einsum("towgs,ws->wtog", values.others[:, :, layout, here[:, None]], belief)
         for option, place in numbers.items():
-            there = motion.after[steps, place, here, cell]
-            self.going[:, option] += np.einsum("wgs,ws->wg", values.at(layout, here[:, None], there[:, None]), belief)
+            there, then, share = motion.walk(place, here, cell, left)
+            found, onwards = (values.at(layout, here[:, None], at[:, None]) for at in (there, then))
+            found += share[:, None, None] * (onwards - found)
+            self.going[:, option] += np.einsum("wgs,ws->wg", found, belief)
         for thing, option in enumerate(range(self.things.start, self.things.stop)):
             self.going[:, option] += np.einsum("wgs,ws->wg", values.picking_up(thing, layout, here, cell, left), belief)
         # What is to come on the way, and from when a candle is in the hand if it is by the child's next move.
         for candle, source in enumerate(tables.T):
-            in_hand, there, rest = motion.fetch(source, here, cell, left)
+            got, there, rest = motion.fetch(source, here, cell, left)
+            in_hand = got == 1.0
             self.got[:, candle] &= in_hand
             found = np.einsum("wgs,ws->wg", values.at(layout, here[:, None], there[:, None]), belief)
             self.going[:, len(places) + candle] += found

@@ -48,8 +48,10 @@ _NEVER = 1e9  # damage of what cannot be done; finite, for beliefs of zero are m
 _STILL = 0.0001  # damage: values that change by no more in a sweep are taken to have settled
 _EVERY = 3  # sweeps after which what comes of carrying a candle is brought up to date
 Tables = dict[frozenset[int], "ValueTable"]  # by the openings whose gates are shut
-# By steps in a timestep: for each table states, which of m they come to, and what is then to come: see `_Fetch`.
-_Fetched = dict[int, list[tuple[np.ndarray, np.ndarray, np.ndarray]]]
+# Where a timestep takes the caregiver: rows of values, (n,); from some of these, (m,), it may come on to others, (m,),
+# with a probability, (m, 1).
+_Rows = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+_Fetched = tuple[list["_Fetch"], list[np.ndarray]]  # of each table, and `_Fetch.best` of it
 
 
 @dataclasses.dataclass(frozen=True)
@@ -83,12 +85,14 @@ class _Fetch:
 
     Attributes:
         rows: Those states, (n,), as rows of `ValueTable.value`.
+        probability: That it is in the hand, (n, 1).
         which: To which of the m each of them comes, (n,).
         numbers: Rows of `ValueTable._ahead`, by the tables to which it can be carried, (layouts there, bare, m).
         meanwhile: Damage and price until it is put down, (layouts there, bare, m, J).
     """
 
     rows: np.ndarray
+    probability: np.ndarray
     which: np.ndarray
     numbers: np.ndarray
     meanwhile: np.ndarray
@@ -219,8 +223,10 @@ class ValueTable:
         It is (n, groups, J), by layout, (n, groups), the cells of child and caregiver, and the steps until the child's
         next move, (n,) each.
         """
-        begun, there = self.motion.picks_up(self.motion.floor[thing], child, cell, left)
-        going = self.going[thing][layout, (child * self._places + there)[:, None]]
+        place, first = self.motion.floor[thing], child * self._places
+        begun, (here, then, share) = (go(place, child, cell, left) for go in (self.motion.picks_up, self.motion.walk))
+        going, onwards = (self.going[thing][layout, (first + at)[:, None]] for at in (here, then))
+        going = going + share[:, None, None] * (onwards - going)
         return np.where(begun[:, None, None], self.picked[thing][layout, child[:, None]], going)
 
     def carried(
@@ -249,8 +255,8 @@ class ValueTable:
         after = self.layouts.after[layout, source, table]
         moves = np.minimum(self.motion.carry(stand, table, child, left), self.motion.longest)
         where = table, moves, self._column[table, after], self.motion.nearest[table, stand], child
-        walked = np.clip(np.rint(left), 0, len(self.motion.after) - 1).astype(int)
-        there = self.motion.after[walked, len(self.motion.posts) + table, child, stand]
+        here, then, share = self.motion.walk(len(self.motion.posts) + table, child, stand, left)
+        there = np.where(share > 0.5, then, here)
         found = (moves > 0)[:, None] * self._denied[table, child * self._places + there]
         found += self._meanwhile[layout, moves, child]
         found -= self._candle_meanwhile[moves, child, source]  # the one in the hand
@@ -263,11 +269,8 @@ class ValueTable:
         cells, places, states = self._cells, self._places, self._states
         bears, tolerance = self.layouts.bears, self._objective.tolerance
         transition, cost, price = self._dynamics(chain)
-        first = np.arange(cells)[:, None] * places
-        self._rows = {
-            steps: (first + self.motion.after[steps]).reshape(self.motion.aside + 2, -1)
-            for steps, _ in self.motion.turns
-        }
+        self._child, self._cell = np.divmod(np.arange(cells * places), places)
+        self._rows = [self._walked(place) for place in range(self.motion.aside + 1)]
         self._denied = self._denied_meanwhile(transition, price)
         meanwhile = self._damage_meanwhile()
         self._candle_meanwhile = meanwhile[:, :, 1:]
@@ -285,19 +288,16 @@ class ValueTable:
         # (Tables, moves, layouts with a candle there, cells beside the table, C, J).
         shape = len(self._most), self.motion.longest + 1, int(bears.sum(axis=0).max(initial=0))
         self._ahead = np.zeros((*shape, self.motion.stands.shape[1], cells, states), np.float32)
-        fetches = {steps: self._fetches(steps) for steps, _ in self.motion.turns} if bears.any() else {}
-        fetched: _Fetched = {}
+        fetches = self._fetches() if bears.any() else []
+        fetched: list[np.ndarray] = []
         best, new = np.empty_like(value[0]), np.empty_like(value)
         for sweep in range(self._objective.sweeps):
             looks = sweep % _EVERY == 0
             if looks:
                 self._arrive(value)
-                ahead = self._ahead.reshape(-1, states)
-                fetched = {
-                    steps: [(one.rows, one.which, one.best(ahead)) for one in found] for steps, found in fetches.items()
-                }
+                fetched = [one.best(self._ahead.reshape(-1, states)) for one in fetches]
             for layout, now in enumerate(value):  # one after the other, for one fits into the processor's cache
-                self._best(layout, now, fetched, best)
+                self._best(layout, now, (fetches, fetched), best)
                 np.add((transition @ best.ravel()).reshape(best.shape), cost[layout], out=new[layout])
                 self._close(layout, new[layout])
             value, new = new, value
@@ -308,7 +308,7 @@ class ValueTable:
             self.closed[gate] = self._standing(value, transition, cost, self.motion.posts[gate], self.motion.pace.close)
         things = len(self._lying)
         for thing in range(things):
-            self._pick_up(thing, value, transition, cost, fetched)
+            self._pick_up(thing, value, transition, cost, (fetches, fetched))
         self.others = np.zeros((things, things, len(bears), cells, states), np.float32)
         for thing, other in itertools.permutations(range(things), 2):
             more = (self.going[other] - value).reshape(-1, cells, places, states)
@@ -329,13 +329,14 @@ class ValueTable:
         """Evaluate going straight to a thing on the floor and picking it up, by iteration."""
         place, here = self.motion.floor[thing], self.plan.floor_cells[thing]
         picked = self._standing(value, transition, cost, here, self.motion.pace.pick_up)
-        child, cell = np.divmod(np.arange(self._cells * self._places), self._places)
+        child, cell = self._child, self._cell
         has_gone, harm = child == here, np.float32(self._lying[thing] / self._objective.discount)
         alone = self.taken[:, thing].repeat(self._places, axis=0)
-        sources = []  # rows that it goes on to, and their shares; beyond those of the values those in which it picks up
-        for steps, share in self.motion.turns:
-            begins = self.motion.picks_up(place, child, cell, steps)[0]
-            sources.append((np.where(begins, len(child) + child, self._rows[steps][place]), np.float32(share)))
+        # Rows that it goes on to, beyond those of the values those in which it picks up.
+        first, some_, then, share = self._rows[place]
+        first = np.where(self.motion.picks_up(place, child, cell, self.motion.turn), len(child) + child, first)
+        second, shares = first.copy(), np.zeros((len(first), 1), np.float32)
+        second[some_], shares[some_] = then, share
         going, best = value + alone, np.empty_like(value[0])
         for layout, now in enumerate(going):
             self._best(layout, value[layout], fetched, best)
@@ -343,7 +344,9 @@ class ValueTable:
             after = best + harm  # where the child has it: then it goes on as if there had been no such thing
             some, part, moved = np.arange(len(now)), transition, np.flatnonzero(~has_gone)
             for _ in range(self._objective.sweeps):
-                after[moved] = sum(share * known[source[moved]] for source, share in sources)
+                after[moved] = known[first[moved]]
+                if len(some_):
+                    after[moved] += shares[moved] * (known[second[moved]] - after[moved])
                 new = (part @ after.ravel()).reshape(-1, self._states) + cost[layout, some]
                 change = np.abs(new - known[some]).max(axis=1)
                 known[some] = new
@@ -352,7 +355,7 @@ class ValueTable:
                 # Most has soon settled, and the next sweep is of the rest.
                 changed = np.zeros(len(known), bool)
                 changed[some[change > _STILL]] = True
-                changes = np.any([changed[source] for source, _ in sources], axis=0) & ~has_gone
+                changes = (changed[first] | changed[second]) & ~has_gone
                 moved, by_cell = np.flatnonzero(changes), changes.reshape(self._cells, self._places)
                 left = (by_cell | by_cell[self._next_cell].any(axis=1)).ravel()
                 if 2 * np.count_nonzero(left) < len(some) or np.count_nonzero(left[some]) < np.count_nonzero(left):
@@ -423,42 +426,32 @@ class ValueTable:
         cost = (of_layout + (cost + denial).ravel()).reshape(-1, cells * places, states)
         return _single(self._objective.discount * transition), cost, denial.reshape(-1, states)
 
+    def _walked(self, place: int) -> _Rows:
+        """Return where a timestep on the way to a place takes the caregiver from every cell."""
+        here, then, share = self.motion.walk(place, self._child, self._cell, self.motion.turn)
+        some, first = np.flatnonzero(share), self._child * self._places
+        return first + here, some, (first + then)[some], share[some, None]
+
     def _best(self, layout: int, value: np.ndarray, fetched: _Fetched, best: np.ndarray) -> None:
         """Find the values after a child's move in a layout, (C R, J), if the caregiver does what is best."""
         np.copyto(best, value)  # to stay
         posts = len(self.motion.posts)
         for place in (*range(posts), self.motion.aside):
-            np.minimum(best, self._gone(value, place), out=best)
+            np.minimum(best, _gone(value, self._rows[place]), out=best)
         for table in np.flatnonzero(self.layouts.bears[layout]).tolist():
-            column, in_hand = self._column[table, layout], {}
-            for steps, found in fetched.items():
-                rows, which, damage = found[table]
-                in_hand[steps] = rows, damage[column].take(which, axis=0)
-            np.minimum(best, self._gone(value, posts + table, in_hand), out=best)
+            fetch, damage = (one[table] for one in fetched)
+            gone = _gone(value, self._rows[posts + table])
+            in_hand = damage[self._column[table, layout]].take(fetch.which, axis=0)
+            gone[fetch.rows] += fetch.probability * (in_hand - gone[fetch.rows])
+            np.minimum(best, gone, out=best)
 
-    def _gone(
-        self, value: np.ndarray, place: int, in_hand: dict[int, tuple[np.ndarray, np.ndarray]] | None = None
-    ) -> np.ndarray:
-        """Return the values, alike, once the caregiver has gone on to a place for a timestep."""
-        found = None
-        for steps, share in self.motion.turns:
-            reached = value.take(self._rows[steps][place], axis=0)
-            if in_hand:
-                where, damage = in_hand[steps]
-                reached[where] = damage
-            if share != 1.0:
-                reached *= np.float32(share)
-            found = reached if found is None else found + reached
-        assert found is not None  # a timestep has some steps
-        return found
-
-    def _fetches(self, steps: int) -> list[_Fetch]:
-        """Return for each table what can be done with its candle after so many steps."""
-        child, cell = np.divmod(np.arange(self._cells * self._places), self._places)
+    def _fetches(self) -> list[_Fetch]:
+        """Return for each table what can be done with its candle after a timestep on the way to it."""
+        child, cell = self._child, self._cell
         found = []
         for table in range(len(self.motion.stands)):
-            got, stand, left = self.motion.fetch(table, child, cell, steps)
-            rows = np.flatnonzero(got & (child != cell))
+            got, stand, left = self.motion.fetch(table, child, cell, self.motion.turn)
+            rows = np.flatnonzero((got > 0.0) & (child != cell))
             what = np.stack([child[rows], stand[rows], np.rint(1e6 * left[rows]).astype(int)])
             each, which = np.unique(what, axis=1, return_inverse=True)
             layouts = np.flatnonzero(self.layouts.bears[:, table])
@@ -469,7 +462,8 @@ class ValueTable:
             )
             child_, stand_, left_ = (np.broadcast_to(part, shape).ravel() for part in each)
             numbers, meanwhile = self._leg(here, source, target, child_, stand_, left_ / 1e6)
-            found.append(_Fetch(rows, which.ravel(), numbers.reshape(shape), meanwhile.reshape(*shape, self._states)))
+            parts = numbers.reshape(shape), meanwhile.reshape(*shape, self._states)
+            found.append(_Fetch(rows, got[rows, None].astype(np.float32), which.ravel(), *parts))
         return found
 
     def _arrive(self, value: np.ndarray) -> None:
@@ -505,17 +499,24 @@ class ValueTable:
         found = np.zeros((len(self.motion.stands), *price.shape), np.float32)
         for table, denied in enumerate(found):
             place = len(self.motion.posts) + table
-            distance = self.motion.distance[place].ravel()
+            steps = self.motion.turn  # those that are left for it in a timestep
+            carries = self.motion.distance[place].reshape(-1, 1) > steps - min(steps, self.motion.handling)
             for _ in range(self.motion.longest):
-                after = np.zeros_like(denied)
-                for steps, share in self.motion.turns:
-                    carries = distance > steps - min(steps, self.motion.handling)  # still, by the next move
-                    after += np.float32(share) * carries[:, None] * denied[self._rows[steps][place]]
+                after = carries * _gone(denied, self._rows[place])
                 before = denied.copy()
                 denied[:] = price + (transition @ after.ravel()).reshape(price.shape)
                 if np.abs(denied - before).max() < self._objective.tolerance:
                     break
         return found
+
+
+def _gone(value: np.ndarray, rows: _Rows) -> np.ndarray:
+    """Return the values, (n, J), once the caregiver has gone on for a timestep."""
+    first, some, then, share = rows
+    found = value.take(first, axis=0)
+    if len(some):
+        found[some] += share * (value.take(then, axis=0) - found[some])
+    return found
 
 
 def _deviation(before: np.ndarray, after: np.ndarray) -> np.ndarray:
