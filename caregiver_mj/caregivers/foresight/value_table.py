@@ -442,7 +442,7 @@ class ValueTable:
             fetch, damage = (one[table] for one in fetched)
             gone = _gone(value, self._rows[posts + table])
             in_hand = damage[self._column[table, layout]].take(fetch.which, axis=0)
-            gone[fetch.rows] += fetch.probability * (in_hand - gone[fetch.rows])
+            gone[fetch.rows] = (1.0 - fetch.probability) * gone[fetch.rows] + fetch.probability * in_hand
             np.minimum(best, gone, out=best)
 
     def _fetches(self) -> list[_Fetch]:
