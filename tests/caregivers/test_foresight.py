@@ -120,16 +120,34 @@ class TestMotion:
         assert timesteps(np.array([0, 3, 4, 6, 7]), 3).tolist() == [0, 0, 1, 1, 2]
         assert timesteps(np.array([0, 1, 2, 4, 5]), 1).tolist() == [0, 0, 1, 1, 2]
 
-    def test_a_pace_between_two_numbers_of_cells_is_either_in_turn(self):
-        plan = FloorPlan.parse(TWO_ENDS)
-        assert motion(plan, Pace(cells=2.25)).turns == [(2, 0.75), (3, 0.25)]
-        assert motion(plan, Pace(cells=2)).turns == [(2, 1.0)]
+    def test_a_cell_that_is_not_reached_in_time_is_reached_with_the_share_of_its_time(self):
+        ways = motion(FloorPlan.parse(TWO_ENDS), Pace(cells=2.25))
+        here, then, share = ways.walk(1, 5, 0, np.array([2.25, 2.0, 0.0]))  # to the east landing, see below
+        assert (here.tolist(), then[0], share.tolist()) == ([2, 2, 0], 3, [0.25, 0.0, 0.0])
+
+    def test_a_cell_takes_longer_with_a_child_ahead_or_beside(self):
+        way = Pace(beside=((9.0, 2.0), (5.0, 4.0))).way
+        east, south = np.array([0, 1]), np.array([1, 0])
+        assert way(east, np.array([1, 1])) == way(east, np.array([-1, 1])) == way(south, np.array([1, 1])) == 4.0
+        assert (way(east, south), way(south, south)) == (2.0, 5.0)  # square to it, and straight ahead
+        assert (way(-east, np.array([1, 1])), way(east, 2 * south), way(east, 2 * east)) == (1.0, 1.0, 1.0)
+
+    def test_a_child_that_makes_it_slow_is_passed_all_the_same(self):
+        """In a cell beside the way; the next cell takes four steps, and a timestep has one and a half."""
+        plan = FloorPlan.parse("########\n#.....S#\n####.###\n####B###\n########")
+        ways = motion(plan, Pace(cells=3, start=1.5, beside=((1.0, 3.0), (1.0, 4.0))))
+        child, two = (plan.caregiver_cells.index(cell) for cell in ((2, 4), (1, 3)))
+        here, then, share = ways.walk(0, child, two, ways.turn)
+        assert (here, then) == (two, two + 1)
+        assert share == pytest.approx(1.5 / 4)
+        assert ways.distance[0, child, two] == 4 + 3 + 1  # towards it, past it, and on
+        assert ways.distance[0, child, two - 1] == 1 + 4 + 3 + 1
 
     def test_a_robot_sets_off_in_each_timestep_to_come_and_twice_for_a_candle(self):
         plan = FloorPlan.parse(TABLES)
         slow, at_once = motion(plan, Pace(cells=3, start=1.5)), motion(plan, Pace(cells=3))
-        assert slow.turns == [(1, 0.5), (2, 0.5)]
-        assert motion(plan, Pace(cells=3, start=5)).turns == [(1, 1.0)]  # it gets on all the same
+        assert (slow.turn, at_once.turn) == (1.5, 3.0)
+        assert motion(plan, Pace(cells=3, start=5)).turn == 1.0  # it gets on all the same
         stand, table, left = at_once.stands[0][:1], np.array([0]), np.array([0.0])
         child = np.array([len(plan.free_cells) - 1])  # not there
         assert at_once.carry(stand, table, child, left).tolist() == [1]  # one step to put it down, of three
@@ -138,17 +156,22 @@ class TestMotion:
     def test_steps_round_the_child(self):
         ways = motion(FloorPlan.parse(TWO_ENDS))
         # Cells 0 to 4 from west to east, 5 before the bin, landings 6 and 7. From cell 0 to the east landing:
-        assert ways.after[:, 1, 5, 0].tolist() == [0, 1, 2, 3]
+        assert ways.walk(1, 5, 0, np.arange(4))[0].tolist() == [0, 1, 2, 3]
         # With the child in cell 3 it comes no farther than cell 1: there is a free cell between them.
-        assert ways.after[:, 1, 3, 0].tolist() == [0, 1, 1, 1]
-        assert (ways.after[:, ways.aside + 1] == np.arange(8)).all()  # to stay
+        assert ways.walk(1, 3, 0, np.arange(4))[0].tolist() == [0, 1, 1, 1]
+        assert ways.walk(ways.aside + 1, 3, np.arange(8), 3)[0].tolist() == [*range(8)]  # to stay
 
     def test_a_candle_is_in_the_hand_one_step_after_it_is_there(self):
         ways = motion(FloorPlan.parse(TABLES))
         child, start = np.full(4, 10), np.full(4, 1)  # the table is beside cell 0
         got, cell, left = ways.fetch(0, child, start, np.arange(4))
-        assert (got.tolist(), cell.tolist()) == ([False, False, True, True], [1, 0, 0, 0])
+        assert (got.tolist(), cell.tolist()) == ([0, 0, 1, 1], [1, 0, 0, 0])
         assert left.tolist() == [0, 0, 0, 1]
+
+        # Where that takes longer than there is time for, with the share of it.
+        got, cell, _ = motion(FloorPlan.parse(TABLES), Pace(get=4.0)).fetch(0, 10, 1, np.array([1.0, 2.0, 3.0]))
+        assert got == pytest.approx([0.0, 0.25, 0.5], abs=1e-6)
+        assert cell.tolist() == [0, 0, 0]
 
     def test_carrying_past_a_child_takes_longer(self):
         ways = motion(FloorPlan.parse("########\n#C....T#\n####B###\n########"))
@@ -221,10 +244,10 @@ class TestValueTable:
         # With the child beside the first table and the caregiver far from it, the candle is better elsewhere.
         assert (found.at(near_second, 0, 3) < found.at(near_first, 0, 3)).all()
 
-    def test_who_takes_longer_than_a_timestep_to_take_a_candle_plans_to_leave_it(self):
+    def test_who_takes_longer_than_a_timestep_to_take_a_candle_expects_more_damage(self):
         plan = FloorPlan.parse(THREE_TABLES)
-        # As it is shipped the iteration leaves that much open with a child that moves at random.
-        for objective, more in ((Objective(sweeps=300, tolerance=0.0), 0.01), (OBJECTIVE, 0.65)):
+        # But for where to be late, by chance, denies the child no move. As it is shipped more is left open.
+        for objective, more in ((Objective(sweeps=300, tolerance=0.0), 0.1), (OBJECTIVE, 0.65)):
             slow, quick = (value_tables(plan, Pace(get=get), objective)[frozenset()].value for get in (4.0, 1.0))
             assert np.isfinite(slow).all()
             assert (quick <= slow + more).all()

@@ -1,14 +1,17 @@
 """How long the robot takes for what a caregiver does: by hand, and in the house."""
 
+import numpy as np
 import pytest
 
 import caregiver_mj
 from caregiver_mj.caregivers.percept import PAPER
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.policy.pace import handling_times, robot_pace
+from caregiver_mj.policy.pace import beside_a_child, handling_times, robot_pace
 from caregiver_mj.robot.embodiments import EMBODIMENTS, find_embodiment
 from caregiver_mj.robot.navigation import Navigator
+from caregiver_mj.robot.separation import allowed_rate
 from caregiver_mj.robot.skills import Pick, Place
+from caregiver_mj.robot.view import ChildView, View
 
 # Eleven cells of 0.75 m from one landing to the other.
 CORRIDOR = FloorPlan.parse("##############\n#S..........S#\n###B##########\n##############", "corridor")
@@ -36,6 +39,19 @@ def test_a_corridor_by_hand(name):
     get, place = handling_times(robot)
     assert pace.get == pytest.approx(get / of_a_cell, rel=0.02)
     assert pace.place == pytest.approx(place / of_a_cell, rel=0.02)
+
+
+@pytest.mark.parametrize("name", EMBODIMENTS)
+def test_a_child_ahead_makes_it_slower_the_nearer_it_is(name):
+    robot = find_embodiment(name)
+    beside = np.array(beside_a_child(robot, 0.75, 1.3))
+    assert (beside >= 1.0).all()
+    assert (np.diff(beside[1:, 0]) < 0.0).all()  # straight ahead, from the next cell on
+    assert beside[-1].max() < 1.02  # from where it begins to count
+    # Two cells ahead: with the middles 1.5 m apart at first, 0.75 m at last, and so no faster than at first.
+    stands, nothing = (ChildView((1.5, 0.0), (0.0, 0.0)),), np.zeros((0, 4))
+    view = View(0.0, (0.0, 0.0, 0.0), 0.0, nothing, stands, nothing[:, :3], nothing)
+    assert beside[2, 0] > 1.0 / allowed_rate(view, robot, (1.3, 0.0))
 
 
 def test_candles_take_as_long_in_the_house_as_the_pace_says():
