@@ -54,11 +54,18 @@ def robot_pace(navigator: Navigator, novice_timestep: float, control_timestep: f
     if not cells:
         return PAPER
     of_a_cell = max(seconds / cells, navigator.plan.cell_size / base.velocity)
-    times = (novice_timestep, *handling_times(navigator.robot), lost)
+    get, place = handling_times(navigator.robot)
     closes = closing_time(navigator.robot) if navigator.plan.mouths else of_a_cell
     picks_up = picking_up_time(navigator.robot) if navigator.plan.floor_cells else of_a_cell
-    beside = beside_a_child(navigator.robot, navigator.plan.cell_size, navigator.plan.cell_size / of_a_cell)
-    return Pace(*(time / of_a_cell for time in (*times, closes, picks_up)), beside=beside)
+    return Pace(
+        cells=novice_timestep / of_a_cell,
+        get=get / of_a_cell,
+        place=place / of_a_cell,
+        start=lost / of_a_cell,
+        close=closes / of_a_cell,
+        pick_up=picks_up / of_a_cell,
+        beside=beside_a_child(navigator.robot, navigator.plan.cell_size, navigator.plan.cell_size / of_a_cell),
+    )
 
 
 def beside_a_child(robot: Embodiment, cell_size: float, speed: float) -> tuple[tuple[float, ...], ...]:

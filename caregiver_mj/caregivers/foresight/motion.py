@@ -99,7 +99,7 @@ class Motion:
         return here, then, np.where(share > _ROUNDING, share, 0.0).astype(np.float32)
 
     def fetch(
-        self, table: np.ndarray | int, child: np.ndarray, cell: np.ndarray, left: np.ndarray | int
+        self, table: np.ndarray | int, child: np.ndarray, cell: np.ndarray, left: np.ndarray | float
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return what comes of going for the candle on a table until the child's next move, in `left` steps.
 

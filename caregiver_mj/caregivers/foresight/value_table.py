@@ -51,7 +51,7 @@ Tables = dict[frozenset[int], "ValueTable"]  # by the openings whose gates are s
 # Where a timestep takes the caregiver: rows of values, (n,); from some of these, (m,), it may come on to others, (m,),
 # with a probability, (m, 1).
 _Rows = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
-_Fetched = tuple[list["_Fetch"], list[np.ndarray]]  # of each table, and `_Fetch.best` of it
+_Fetched = list[tuple["_Fetch", np.ndarray]]  # of each table, and `_Fetch.best` of it
 
 
 @dataclasses.dataclass(frozen=True)
@@ -289,15 +289,15 @@ class ValueTable:
         shape = len(self._most), self.motion.longest + 1, int(bears.sum(axis=0).max(initial=0))
         self._ahead = np.zeros((*shape, self.motion.stands.shape[1], cells, states), np.float32)
         fetches = self._fetches() if bears.any() else []
-        fetched: list[np.ndarray] = []
+        fetched: _Fetched = []
         best, new = np.empty_like(value[0]), np.empty_like(value)
         for sweep in range(self._objective.sweeps):
             looks = sweep % _EVERY == 0
             if looks:
                 self._arrive(value)
-                fetched = [one.best(self._ahead.reshape(-1, states)) for one in fetches]
+                fetched = [(one, one.best(self._ahead.reshape(-1, states))) for one in fetches]
             for layout, now in enumerate(value):  # one after the other, for one fits into the processor's cache
-                self._best(layout, now, (fetches, fetched), best)
+                self._best(layout, now, fetched, best)
                 np.add((transition @ best.ravel()).reshape(best.shape), cost[layout], out=new[layout])
                 self._close(layout, new[layout])
             value, new = new, value
@@ -308,7 +308,7 @@ class ValueTable:
             self.closed[gate] = self._standing(value, transition, cost, self.motion.posts[gate], self.motion.pace.close)
         things = len(self._lying)
         for thing in range(things):
-            self._pick_up(thing, value, transition, cost, (fetches, fetched))
+            self._pick_up(thing, value, transition, cost, fetched)
         self.others = np.zeros((things, things, len(bears), cells, states), np.float32)
         for thing, other in itertools.permutations(range(things), 2):
             more = (self.going[other] - value).reshape(-1, cells, places, states)
@@ -439,7 +439,7 @@ class ValueTable:
         for place in (*range(posts), self.motion.aside):
             np.minimum(best, _gone(value, self._rows[place]), out=best)
         for table in np.flatnonzero(self.layouts.bears[layout]).tolist():
-            fetch, damage = (one[table] for one in fetched)
+            fetch, damage = fetched[table]
             gone = _gone(value, self._rows[posts + table])
             in_hand = damage[self._column[table, layout]].take(fetch.which, axis=0)
             gone[fetch.rows] = (1.0 - fetch.probability) * gone[fetch.rows] + fetch.probability * in_hand
