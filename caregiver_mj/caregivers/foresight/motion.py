@@ -135,7 +135,7 @@ class Motion:
         far = self.open_distance[len(self.posts) : self.floor.start].max(initial=0)
         return int(self.timesteps(far + _PATIENCE * self.pace.cells + self.handling, 0.0))
 
-    def picks_up(self, place: int, child: np.ndarray, cell: np.ndarray, left: np.ndarray | int) -> np.ndarray:
+    def picks_up(self, place: int, child: np.ndarray, cell: np.ndarray, left: np.ndarray | float) -> np.ndarray:
         """Return what comes of going for what lies in a place of `floor` until the child's next move, in `left` steps.
 
         Returns:

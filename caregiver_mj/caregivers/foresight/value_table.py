@@ -224,7 +224,8 @@ class ValueTable:
         next move, (n,) each.
         """
         place, first = self.motion.floor[thing], child * self._places
-        begun, (here, then, share) = (go(place, child, cell, left) for go in (self.motion.picks_up, self.motion.walk))
+        begun = self.motion.picks_up(place, child, cell, left)
+        here, then, share = self.motion.walk(place, child, cell, left)
         going, onwards = (self.going[thing][layout, (first + at)[:, None]] for at in (here, then))
         going = going + share[:, None, None] * (onwards - going)
         return np.where(begun[:, None, None], self.picked[thing][layout, child[:, None]], going)
