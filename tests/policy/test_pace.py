@@ -46,7 +46,8 @@ def test_a_child_ahead_makes_it_slower_the_nearer_it_is(name):
     robot = find_embodiment(name)
     beside = np.array(beside_a_child(robot, 0.75, 1.3))
     assert (beside >= 1.0).all()
-    assert (np.diff(beside[1:, 0]) < 0.0).all()  # straight ahead, from the next cell on
+    assert (np.diff(beside[1:, 0]) <= 0.0).all()  # straight ahead, from the next cell on
+    assert beside[1, 0] > beside[2, 0] > 1.0
     assert beside[-1].max() < 1.02  # from where it begins to count
     # Two cells ahead: with the middles 1.5 m apart at first, 0.75 m at last, and so no faster than at first.
     stands, nothing = (ChildView((1.5, 0.0), (0.0, 0.0)),), np.zeros((0, 4))

@@ -13,6 +13,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.routes import Routes
 
 _ROUNDING = 1e-6  # of a step
+_LEAST = 0.05  # probability; smaller shares of a step count as none, for tables take twice as long with them
 _PATIENCE = 4  # timesteps after which a child is expected to have left the only way
 
 
@@ -96,7 +97,7 @@ class Motion:
             here = np.where(goes, self._next[place, child, here], here)
         then = self._next[place, child, here]
         share = np.where(then == here, 0.0, left / self._takes[place, child, here])
-        return here, then, np.where(share > _ROUNDING, share, 0.0).astype(np.float32)
+        return here, then, np.where(share > _LEAST, share, 0.0).astype(np.float32)
 
     def fetch(
         self, table: np.ndarray | int, child: np.ndarray, cell: np.ndarray, left: np.ndarray | float
