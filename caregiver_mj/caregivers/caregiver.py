@@ -33,6 +33,7 @@ class Caregiver(abc.ABC):
         stairwell_distances: Moves after which it falls down each stairwell, (free cells, stairwells).
         floor_distances: Moves after which it takes each thing on the floor, (free cells, things).
         takes_orders: Whether it only passes on what it was told, which leaves no choice to the one who carries it out.
+        waits: Whether it may go to any cell to do nothing there.
         yields: Whether it steps aside, or follows, where a child bars its way, and keeps out of the children's way when
             there is nothing to do. One that does not stays where it is.
         needs_pictures: Whether it asks for a percept's `frames`, for which its house must be made: it acts in no grid.
@@ -45,6 +46,7 @@ class Caregiver(abc.ABC):
     """
 
     takes_orders = False
+    waits = False
     yields = True
     needs_pictures = False
     pace: Pace = PAPER

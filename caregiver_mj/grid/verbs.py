@@ -126,14 +126,22 @@ class Looking(GridVerb):
 class Idle(GridVerb):
     """Never done."""
 
-    def __init__(self, place: int):
-        self._place = place
-
     def place(self, world: GridWorld, which: np.ndarray) -> np.ndarray:
-        return np.full(len(which), self._place)
+        return np.full(len(which), ASIDE)
 
     def carry_out(self, world: GridWorld, which: np.ndarray, came: np.ndarray, stood: np.ndarray) -> np.ndarray:
         return np.zeros(len(which), bool)
+
+
+class Waiting(Idle):
+    """Where it is, or in a certain cell."""
+
+    def places(self, plan: FloorPlan) -> list[list[int]]:
+        return [[cell] for cell in range(len(plan.caregiver_cells))]
+
+    def place(self, world: GridWorld, which: np.ndarray) -> np.ndarray:
+        cell = world.orders.destination[which]
+        return np.where(cell == NOTHING, STAY, cell)
 
 
 GRID_VERBS: dict[str, GridVerb] = {
@@ -142,6 +150,6 @@ GRID_VERBS: dict[str, GridVerb] = {
     RELOCATE: Carrying(),
     PICK_UP: PickingUp(),
     LOOK: Looking(),
-    STAND_ASIDE: Idle(ASIDE),
-    DO_NOTHING: Idle(STAY),
+    STAND_ASIDE: Idle(),
+    DO_NOTHING: Waiting(),
 }

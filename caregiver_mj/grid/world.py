@@ -28,7 +28,7 @@ from caregiver_mj.children.tape import Random, Tape, start_cells
 from caregiver_mj.errors import CaregiverError, check_integer, check_kind
 from caregiver_mj.grid.eyes import Eyes
 from caregiver_mj.grid.verbs import GRID_VERBS
-from caregiver_mj.interventions.verb import BLOCK, LOOK, VERBS, Interventions, half_of, verb_of
+from caregiver_mj.interventions.verb import BLOCK, DO_NOTHING, LOOK, VERBS, Interventions, half_of, verb_of
 from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan, check_house
 from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, State, Where
@@ -107,8 +107,8 @@ class GridWorld:
         # What a collision with each hazard does, and, the last one, one with a bare table: (hazards + 1, kinds).
         kinds = [KINDS.index(kind) for kind in (*plan.hazards.kinds, TABLE)]
         self._harm = np.eye(len(KINDS))[kinds] * [plan.damage[kind.name] for kind in KINDS]
-        looks = bool(caregiver) and not self.sight.is_full
-        places = {name: verb.places(plan) for name, verb in GRID_VERBS.items() if name != LOOK or looks}
+        needed = {LOOK: not self.sight.is_full, DO_NOTHING: bool(caregiver and caregiver.waits)}
+        places = {name: verb.places(plan) if needed.get(name, True) else [] for name, verb in GRID_VERBS.items()}
         offsets = np.cumsum([0, *map(len, places.values())]).tolist()
         self._offsets = dict(zip(places, offsets, strict=False))
         if caregiver:

@@ -31,7 +31,8 @@ class Intervention:
         verb: Name of what to do, one of `VERBS`.
         hazard: Number in the house's table of hazards of what it is about, or NOTHING.
         destination: Where to, as the verb understands it, or NOTHING: for a candle the index of a table, for a look
-            that of one of `plans.visibility.lookouts`.
+            that of one of `plans.visibility.lookouts`, to do nothing somewhere that
+            of a caregiver's cell.
     """
 
     verb: str = STAND_ASIDE

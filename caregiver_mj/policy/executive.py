@@ -10,7 +10,7 @@ import numpy as np
 from caregiver_mj.caregivers.caregiver import Caregiver, answer
 from caregiver_mj.caregivers.percept import Assessment, Percept
 from caregiver_mj.caregivers.told import ToldCaregiver, Truth
-from caregiver_mj.interventions.verb import LOOK, Intervention, half_of, verb_of
+from caregiver_mj.interventions.verb import DO_NOTHING, LOOK, Intervention, half_of, verb_of
 from caregiver_mj.plans.hazards import NOTHING, State
 from caregiver_mj.policy.perception import Perception
 from caregiver_mj.policy.routines import LEFT_LYING, PASSED_OVER, ROUTINES, Means, PassedOver, Routine
@@ -143,9 +143,10 @@ def _destination(caregiver: Caregiver, percept: Percept, candle: int) -> int:
 
 
 def _is_another(wanted: Intervention, now: Intervention) -> bool:
-    """Whether something else is to be done than now. Idleness does not interrupt what is under way."""
-    if verb_of(now.verb).counts and not verb_of(wanted.verb).counts:
+    """Whether something else is to be done than now. To be idle does not interrupt it, but to wait in a cell does."""
+    idle, goes = not verb_of(wanted.verb).counts, wanted.verb in (LOOK, DO_NOTHING)
+    if verb_of(now.verb).counts and idle and wanted.destination == NOTHING:
         return False
-    if wanted.verb == now.verb == LOOK and wanted.destination != now.destination:
+    if wanted.verb == now.verb and goes and wanted.destination != now.destination:
         return True
     return (now.verb, now.hazard) != (wanted.verb, wanted.hazard)

@@ -281,6 +281,13 @@ def _look(means: Means, intervention: Intervention, *_: object) -> Routine:
     return Routine(means, intervention, skills.GoTo(means.navigator, cell), goes_on=True)
 
 
+def _wait(means: Means, intervention: Intervention, *_: object) -> Routine:
+    if intervention.destination == NOTHING:
+        return Routine(means, intervention, skills.Rest(means.navigator))
+    cell = means.plan.caregiver_cells[intervention.destination]
+    return Routine(means, intervention, skills.GoTo(means.navigator, cell), goes_on=True)
+
+
 def _pick_up(means: Means, intervention: Intervention, *_: object) -> Routine:
     thing = means.plan.hazards.among(Where.FLOOR, intervention.hazard)
     make_skill = functools.partial(skills.PickUp, means.navigator, means.retrievals, thing)
@@ -295,5 +302,5 @@ ROUTINES: dict[str, Callable[[Means, Intervention, View, Percept], Routine]] = {
     PICK_UP: _pick_up,
     LOOK: _look,
     STAND_ASIDE: lambda means, intervention, *_: Routine(means, intervention, skills.StandAside(means.navigator)),
-    DO_NOTHING: lambda means, intervention, *_: Routine(means, intervention, skills.Rest(means.navigator)),
+    DO_NOTHING: _wait,
 }

@@ -77,6 +77,7 @@ class ForesightCaregiver(Caregiver):
         """
         super().__init__(plan, seed)
         self._plans = candles_at_a_time(plan) >= min(1, len(plan.candle_tables))
+        self.waits = self._plans
         self._hysteresis, self._change, self._objective, self._regrets = hysteresis, change, objective, regrets
         self._rule = PaperCaregiver(plan, seed)  # for whoever looks on; it decides nothing
         self._begin(1, 1)
@@ -84,8 +85,7 @@ class ForesightCaregiver(Caregiver):
     def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
         if self._plans:
             self._values()  # now, so that no decision has to wait for it
-            if not self.sight.is_full:
-                self._ways()  # likewise
+            self._ways()  # likewise
         self._rule.reset(batch, seeds, children)
         self._rule.followers = None  # its own belief knows them
         self._begin(batch, children)
@@ -98,8 +98,8 @@ class ForesightCaregiver(Caregiver):
         return value_tables(self.plan, self.pace, self._objective)
 
     def _ways(self) -> Motion:
-        """Return how it moves, to lookouts, too."""
-        return motion(self.plan, self.pace, lookouts(self.plan))
+        """Return how it moves, to lookouts, too, if there are any."""
+        return motion(self.plan, self.pace, () if self.sight.is_full else lookouts(self.plan))
 
     def watch(self, percept: Percept) -> None:
         if percept.belief:
@@ -143,6 +143,8 @@ class ForesightCaregiver(Caregiver):
         if worlds.size and len(self.plan.hazards):
             options = self.options(each_on_a_table(self.plan, percept), worlds)
             chosen = self.best(options, percept, worlds)
+            here = options.damage.shape[1] - len(self.plan.caregiver_cells) + percept.caregiver_cell[worlds]
+            chosen = np.where(chosen == stairwells + 1, here, chosen)  # to stay is to wait where it is
             number = np.where(chosen - 2 < len(self.plan.hazards), chosen - 2, NOTHING)
             candle = self.plan.hazards.among(Where.ON_TABLE, number)
             each = np.arange(len(worlds))
@@ -215,11 +217,12 @@ class ForesightCaregiver(Caregiver):
         hazards = len(self.plan.hazards)
         hazard = np.where(option < stairwells, option, np.where(option < stairwells + 2, NOTHING, option - 2))
         looks = option - hazards - 2  # from which lookout
+        waits = looks - len(self._ways().lookouts)  # in which cell
         hazard = np.where(looks >= 0, NOTHING, hazard)
-        rest = np.where(looks >= 0, LOOK, rest)
+        rest = np.where((looks >= 0) & (waits < 0), LOOK, rest)
         verb = np.append(self.plan.hazards.verb, "")[hazard]
         answer.hazard[worlds], answer.verb[worlds] = hazard, np.where(hazard == NOTHING, rest, verb)
-        answer.destination[worlds] = self._table[worlds] = np.where(looks >= 0, looks, table)
+        answer.destination[worlds] = self._table[worlds] = np.select([waits >= 0, looks >= 0], [waits, looks], table)
         self._begun[worlds] = option
 
     def _within_reach_on_the_floor(self, percept: Percept) -> np.ndarray:

@@ -39,6 +39,8 @@ class Motion:
         aside: Number of that place; that of `stay` is the next one.
         distance: Steps to every place, `UNREACHABLE` where the child bars the way, (aside + 1, C, R): by the child's
             cell and the caregiver's. A cell beside the child takes more than one.
+        around: The cells north, east, south and west of every cell, -1 for want of one, (4, R).
+        enters: Steps from there into each cell, infinite where it cannot be entered for a wall or the child, (C, 4, R).
         turn: Steps that it makes in a timestep to come. It is thought to set off in each: were it thought to be on its
             way, it would rather set off later.
         open_distance: Steps to every place before `aside` if there is no child, (aside, R).
@@ -64,6 +66,11 @@ class Motion:
         where = np.array(plan.caregiver_cells)
         child = where[: len(plan.free_cells), None]
         self._takes = pace.way(where[self._next] - where, child - where).astype(np.float32)
+        self.around = graph.around.T
+        come = where[self.around]
+        barred = (self.around < 0) | (np.arange(cells) == np.arange(len(child))[:, None, None])
+        enters = np.where(barred, np.inf, pace.way(where - come, child[:, None] - come))
+        self.enters = enters.astype(np.float32)
         self.distance = self._steps(np.stack(moves, axis=1))
         self.turn = max(pace.cells - pace.start, min(1.0, pace.cells))
         most = max(map(len, stands), default=1)
@@ -98,6 +105,29 @@ class Motion:
         then = self._next[place, child, here]
         share = np.where(then == here, 0.0, left / self._takes[place, child, here])
         return here, then, np.where(share > _LEAST, share, 0.0).astype(np.float32)
+
+    def waits(
+        self, child: np.ndarray, cell: np.ndarray, left: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return each cell to which it can come by the child's next move, in `left` steps, from n states, (n,) each.
+
+        Returns:
+            The state, the cell, the one before that on the way, and the probability that it is in the former by then
+            and not still in the latter: (m,) each.
+        """
+        time = np.full((len(cell), self.around.shape[1]), np.inf)
+        np.put_along_axis(time, cell[:, None], 0.0, axis=1)
+        before, enters, limit = np.repeat(cell[:, None], time.shape[1], axis=1), self.enters[child], left[:, None]
+        for _ in range(math.ceil(self.pace.cells)):
+            ways = np.where(time < limit, time, np.inf)[:, self.around] + enters  # (n, 4, R)
+            found = ways.min(axis=1)
+            come = self.around[ways.argmin(axis=1), np.arange(time.shape[1])]
+            before, time = np.where(found < time, come, before), np.minimum(found, time)
+        since = np.take_along_axis(time, before, axis=1)
+        share = np.ones(time.shape)
+        np.divide(limit - since, time - since, out=share, where=time > since)
+        state, there = np.nonzero(share > _LEAST)
+        return state, there, before[state, there], np.minimum(share[state, there], 1.0).astype(np.float32)
 
     def fetch(
         self, table: np.ndarray | int, child: np.ndarray, cell: np.ndarray, left: np.ndarray | float

@@ -26,7 +26,7 @@ class Options:
     """Everything that can be done in W worlds, and what is then to be expected.
 
     In this order: to block each stairwell or close its gate, to stand aside, to stay, to relocate each candle, to pick
-    up each thing on the floor, to look from each lookout.
+    up each thing on the floor, to look from each lookout, to wait in each cell that it comes to by then.
 
     Attributes:
         damage: Expected damage to come, (W, options).
@@ -83,9 +83,10 @@ class Sums:
         percept: What is seen.
         worlds: The indices of the worlds in that, (W,).
         going: Damage to come by where the caregiver goes now and by the candles that are planned for, (N, posts, aside,
-            stay, candles, things and lookouts, groups of candles).
+            stay, candles, things, lookouts and cells, groups of candles).
         carried: The same if a candle is in the hand by the child's next move, (N, candles, bare tables, groups).
         got: Whether it is, bool (N, candles).
+        near: Whether it reaches each cell by then, bool (N, R).
         lying: Damage to come of each thing on the floor if it is left there, (N, things).
         then: By how much it is more to pick up one thing after another, (N, things, things, groups).
     """
@@ -98,6 +99,7 @@ class Sums:
     going: np.ndarray
     carried: np.ndarray
     got: np.ndarray
+    near: np.ndarray
     lying: np.ndarray
     then: np.ndarray
 
@@ -106,7 +108,8 @@ class Sums:
         """Expect nothing yet."""
         count, candles, things = len(which), percept.candle_table.shape[1], len(motion.floor)
         groups = math.comb(candles, values.layouts.candles)
-        options = len(motion.posts) + 2 + candles + things + len(motion.lookouts)
+        cells = motion.around.shape[1]
+        options = len(motion.posts) + 2 + candles + things + len(motion.lookouts) + cells
         bare = len(motion.stands) - np.count_nonzero(percept.candle_table[worlds[:1]] != NOTHING)
         return cls(
             values,
@@ -117,6 +120,7 @@ class Sums:
             going=np.zeros((count, options, groups), np.float32),
             carried=np.zeros((count, candles, bare, groups), np.float32),
             got=np.ones((count, candles), bool),
+            near=np.ones((count, cells), bool),
             lying=np.zeros((count, things), np.float32),
             then=np.zeros((count, things, things, groups), np.float32),
         )
@@ -146,6 +150,7 @@ class Sums:
             found, onwards = (values.at(layout, here[:, None], at[:, None]) for at in (there, then))
             found += share[:, None, None] * (onwards - found)
             self.going[:, option] += np.einsum("wgs,ws->wg", found, belief)
+        self._wait(layout, here, cell, left, belief)
         for thing, option in enumerate(range(self.things.start, self.things.stop)):
             self.going[:, option] += np.einsum("wgs,ws->wg", values.picking_up(thing, layout, here, cell, left), belief)
         # What is to come on the way, and from when a candle is in the hand if it is by the child's next move.
@@ -164,22 +169,41 @@ class Sums:
             found = values.carried(which, source_, target, *others).reshape(*shape, -1)
             self.carried[:, candle] += np.einsum("wbgs,ws->wbg", found, belief) + staying[:, None]
 
+    def _wait(
+        self, layout: np.ndarray, child: np.ndarray, cell: np.ndarray, left: np.ndarray, belief: np.ndarray
+    ) -> None:
+        """Add what is to be expected with the caregiver in each cell by the child's next move."""
+        state, there, before, share = self.motion.waits(child, cell, left)
+        near = np.zeros(self.near.shape, bool)
+        near[state, there] = True
+        self.near[:] &= near
+        found, onwards = (self.values.at(layout[state], child[state, None], at[:, None]) for at in (before, there))
+        found += share[:, None, None] * (onwards - found)
+        self.going[state, self.waits.start + there] += np.einsum("mgs,ms->mg", found, belief[state])
+
     def by_world(self, cases: Cases) -> Sums:
         """Return what is to be expected of a child in each world, by that in each case."""
         sums: dict[str, Any] = {name: cases.each_world(getattr(self, name)) for name in _SUMMED}
-        got = cases.each_world(~self.got) == 0  # in each case
-        return dataclasses.replace(self, which=np.unique(self.which), got=got, **sums)
+        got, near = (cases.each_world(~some) == 0 for some in (self.got, self.near))  # in each case
+        return dataclasses.replace(self, which=np.unique(self.which), got=got, near=near, **sums)
 
     def plus(self, other: Sums) -> Sums:
         """Return what is to be expected of all children, by that of some and others in each world."""
         sums: dict[str, Any] = {name: getattr(self, name) + getattr(other, name) for name in _SUMMED}
-        return dataclasses.replace(self, got=self.got & other.got, **sums)
+        got, near = self.got & other.got, self.near & other.near
+        return dataclasses.replace(self, got=got, near=near, **sums)
 
     @property
     def things(self) -> slice:
         """The options of picking things up."""
         first = len(self.motion.posts) + 2 + self.got.shape[1]
         return slice(first, first + len(self.motion.floor))
+
+    @property
+    def waits(self) -> slice:
+        """The options of waiting in each cell, the last ones."""
+        last = self.going.shape[1]
+        return slice(last - self.near.shape[1], last)
 
     def ends(self) -> tuple[np.ndarray, np.ndarray]:
         """Return to which cell each option takes the caregiver, and after how many moves of a child, (W, options)."""
@@ -189,11 +213,13 @@ class Sums:
         place[:, :posts] = range(posts)
         place[:, posts + 2 : self.things.start] = posts + table
         place[:, self.things] = motion.floor
-        place[:, self.things.stop :] = motion.lookouts
+        place[:, self.things.stop : self.waits.start] = motion.lookouts
         left = 1.0 if self.percept.time_left is None else self.percept.time_left[self.worlds][:, None]
         moves = np.maximum(0.0, motion.open_distance[place, cell] / motion.pace.cells - left)
         stays = place == NOTHING
-        return np.where(stays, cell, motion.end[place, cell]), np.where(stays, 0.0, moves)
+        ends, moves = np.where(stays, cell, motion.end[place, cell]), np.where(stays, 0.0, moves)
+        ends[:, self.waits] = range(self.near.shape[1])
+        return ends, moves
 
     def options(self) -> Options:
         """Return what can be done in each case, and the best tables for it."""
@@ -209,6 +235,7 @@ class Sums:
         going[:, things] += np.minimum(self.then, lying[:, None, :, None]).sum(axis=2) - all_left[..., None]
         damage = going.min(axis=2) + all_left
         damage[:, things][gone] = np.inf
+        damage[:, self.waits][~self.near] = np.inf
         if not self.carried.size:
             damage[:, relocates] = np.inf
             return Options(damage, np.full((len(worlds), candles), NOTHING))

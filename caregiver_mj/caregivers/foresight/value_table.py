@@ -43,7 +43,7 @@ LARGEST, LAYOUTS = 40_000_000, 128
 MOST_TABLES = 63  # a bit each in a layout's number
 GATES = 3  # where there are more, it is not planned at all
 # Shares of the damage to a child alone to begin the iteration with: about what is left of it.
-_BEGIN, _BEGIN_BARE = 0.05, 1.0  # of falls and of candles; of bare tables, which nobody can take away
+_BEGIN, _BEGIN_BARE = 0.03, 0.8  # of falls and of candles; of bare tables, which can only be stood in front of
 _NEVER = 1e9  # damage of what cannot be done; finite, for beliefs of zero are multiplied with it
 _STILL = 0.0001  # damage: values that change by no more in a sweep are taken to have settled
 _EVERY = 3  # sweeps after which what comes of carrying a candle is brought up to date
@@ -272,6 +272,8 @@ class ValueTable:
         transition, cost, price = self._dynamics(chain)
         self._child, self._cell = np.divmod(np.arange(cells * places), places)
         self._rows = [self._walked(place) for place in range(self.motion.aside + 1)]
+        self._parts = max(1, int(self.motion.turn))  # of a timestep, in each of which it may come to the next cell
+        self._steps = [self._stepped(way) for way in range(len(self.motion.around))]
         self._denied = self._denied_meanwhile(transition, price)
         meanwhile = self._damage_meanwhile()
         self._candle_meanwhile = meanwhile[:, :, 1:]
@@ -433,9 +435,22 @@ class ValueTable:
         some, first = np.flatnonzero(share), self._child * self._places
         return first + here, some, (first + then)[some], share[some, None]
 
+    def _stepped(self, way: int) -> _Rows:
+        """Return where a part of a timestep takes the caregiver from every cell in one of the four directions."""
+        there = self.motion.around[way]
+        steps = np.where(there < 0, np.inf, self.motion.enters[:, way - 2, there]).ravel()  # it comes the other way
+        share = np.minimum(self.motion.turn / self._parts / steps, 1.0).astype(np.float32)
+        here, then = (self._child * self._places + cell for cell in (self._cell, there[self._cell]))
+        some = np.flatnonzero((share > 0.0) & (share < 1.0))
+        return np.where(share < 1.0, here, then), some, then[some], share[some, None]
+
     def _best(self, layout: int, value: np.ndarray, fetched: _Fetched, best: np.ndarray) -> None:
         """Find the values after a child's move in a layout, (C R, J), if the caregiver does what is best."""
         np.copyto(best, value)  # to stay
+        for _ in range(self._parts):  # to wait wherever it gets to
+            value_then = best.copy()
+            for rows in self._steps:
+                np.minimum(best, _gone(value_then, rows), out=best)
         posts = len(self.motion.posts)
         for place in (*range(posts), self.motion.aside):
             np.minimum(best, _gone(value, self._rows[place]), out=best)
