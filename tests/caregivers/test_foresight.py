@@ -161,6 +161,22 @@ class TestMotion:
         assert ways.walk(1, 3, 0, np.arange(4))[0].tolist() == [0, 1, 1, 1]
         assert ways.walk(ways.aside + 1, 3, np.arange(8), 3)[0].tolist() == [*range(8)]  # to stay
 
+    def test_it_may_wait_wherever_it_comes_to_but_not_past_the_child(self):
+        """Cells as above. From cell 1, with the child in cell 3: to its three neighbours, and the landing 6."""
+        ways = motion(FloorPlan.parse(TWO_ENDS), Pace(cells=2.25))
+        child, start = np.array([3, 3]), np.array([1, 1])
+        state, cell, before, share = ways.waits(child, start, np.array([2.25, 0.5]))
+        assert cell[state == 0].tolist() == [0, 1, 2, 5, 6]
+        assert before[state == 0].tolist() == [1, 1, 1, 1, 0]
+        assert share[state == 0].tolist() == [1.0] * 5
+        assert cell[state == 1].tolist() == [0, 1, 2, 5]  # half a step: as likely not yet there
+        assert share[state == 1].tolist() == [0.5, 1.0, 0.5, 0.5]
+
+    def test_a_way_to_wait_beside_a_child_takes_longer_than_one_away_from_it(self):
+        ways = motion(FloorPlan.parse(TWO_ENDS), Pace(cells=3, beside=((1.0,), (1.0,), (4.0,))))
+        _, cell, _, share = ways.waits(np.array([4]), np.array([2]), np.array([2.0]))  # two cells from it
+        assert dict(zip(cell.tolist(), share.tolist(), strict=True)) == {0: 1.0, 1: 1.0, 2: 1.0, 3: 0.5, 5: 1.0}
+
     def test_a_candle_is_in_the_hand_one_step_after_it_is_there(self):
         ways = motion(FloorPlan.parse(TABLES))
         child, start = np.full(4, 10), np.full(4, 1)  # the table is beside cell 0
@@ -236,6 +252,27 @@ class TestValueTable:
                 0.5 * (3 * three + two) / 4,
             )
         assert [denied(1, child, 0, 0.0) for child in (1, 2, 3)] == pytest.approx([one, two, three], rel=1e-4)
+
+    def test_a_caregiver_that_may_wait_anywhere_leaves_no_more_than_one_of_landings(self, monkeypatch):
+        plan, exact = FloorPlan.parse(TWO_ENDS), Objective(sweeps=400, tolerance=0.0)
+        free = ValueTable(plan, objective=exact)
+        monkeypatch.setattr(ValueTable, "_stepped", lambda table, way: table._walked(table.motion.aside + 1))  # it stays
+        posts = ValueTable(plan, objective=exact)
+        assert (free.value <= posts.value + 1e-3).all()
+        assert (free.value < posts.value - 0.05).any()
+
+    def test_a_timestep_ends_in_the_best_cell_that_is_reached(self):
+        """By exhaustive search: within three steps, none of them into the child's cell."""
+        plan = FloorPlan.parse(TWO_ENDS)
+        table = value_tables(plan)[frozenset()]
+        cells, value = len(plan.caregiver_cells), table.value[0]
+        best = np.empty_like(value)
+        table._best(0, value, [], best)
+        for child in range(len(plan.free_cells)):
+            far = plan.graph.distances_from([*range(cells)], child)
+            for cell in set(range(cells)) - {child}:
+                reached = child * cells + np.flatnonzero(far[:, cell] <= 3)
+                assert best[child * cells + cell] == pytest.approx(value[reached].min(axis=0))
 
     def test_a_relocation_is_worth_what_the_candle_would_have_done(self):
         plan = FloorPlan.parse(TABLES)

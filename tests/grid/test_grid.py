@@ -14,6 +14,7 @@ from caregiver_mj.children.family import CHILDREN
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld, run_episodes
+from caregiver_mj.interventions.verb import DO_NOTHING, Intervention, Interventions
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.generator import generate
 from caregiver_mj.plans.hazards import NOTHING, State
@@ -435,6 +436,26 @@ def moving(world, action, timesteps=1):
 
 
 NORTH, EAST, SOUTH, WEST = range(4)
+
+class Waits(Fixed):
+    """Waits in a cell."""
+
+    waits = True
+
+    def decide(self, percept):
+        return Interventions.of([Intervention(DO_NOTHING, destination=self.plan.cell_index[1, 3])])
+
+
+def test_it_waits_in_the_cell_that_it_was_told_and_that_is_no_intervention():
+    plan = FloorPlan.parse("#########\n#.......#\n##C#B#T##\n#########")
+    world = GridWorld(plan, 1.0, Waits(plan), caregiver_actions=1)
+    moving(world, NORTH, 3)
+    place(world, (1, 7), (1, 1))
+    for column in (2, 3, 3):
+        world.step()
+        assert plan.caregiver_cells[world.caregiver_cell[0]] == (1, column)
+    assert world.ledger.totals()["interventions"].tolist() == [0]
+
 
 # A doorway at (2, 4) between two rooms; the stairwell is in the eastern one, the bin in the western.
 DOORWAY = FloorPlan.parse("##########\n#...#...S#\n#.......##\n#B..#...##\n##########")

@@ -9,6 +9,7 @@ from scripted_child import EAST, NORTH, STAY, WEST, Scripted
 
 import caregiver_mj
 from caregiver_mj.caregivers import Caregiver
+from caregiver_mj.interventions.verb import BLOCK, DO_NOTHING, Intervention, Interventions
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
@@ -255,3 +256,36 @@ def test_a_robot_that_does_not_yield_waits_where_it_stands_until_the_child_leave
     scene.env.task.children[0].put((2, 8))  # behind the robot
     assert scene.run(6.0, lambda: scene.is_at((2, 1)))
     assert scene.policy.executive.begun == 1
+
+
+# -- Waiting -----------------------------------------------------------------------------------------
+
+
+class Ordered(Caregiver):
+    """Does what it was told last."""
+
+    waits = True
+    order = Intervention(BLOCK, 0)
+
+    def choose(self, percept):
+        return self.decide(percept).hazard
+
+    def decide(self, percept):
+        return Interventions.of([self.order])
+
+
+def test_to_wait_in_a_cell_interrupts_what_is_under_way_and_to_be_idle_does_not():
+    caregiver = Ordered(OPEN)
+    scene = Scene(OPEN, caregiver, (4, 4), (1, 6))
+    scene.run(1.0)
+    caregiver.order = Intervention(DO_NOTHING, destination=OPEN.cell_index[1, 5])
+    assert scene.run(8.0, lambda: scene.is_at((1, 5)))
+    scene.run(4.0)
+    assert scene.is_at((1, 5))  # and waits there
+    caregiver.order = Intervention(DO_NOTHING, destination=OPEN.cell_index[1, 3])
+    assert scene.run(8.0, lambda: scene.is_at((1, 3)))
+    caregiver.order = Intervention(BLOCK, 0)
+    scene.run(2.0)
+    caregiver.order = Intervention(DO_NOTHING)
+    assert scene.run(8.0, lambda: scene.is_at((2, 1)))  # in the stairwell
+    assert scene.policy.executive.begun == 2
