@@ -159,8 +159,8 @@ class Exact:
     - one that is free in every one of its three actions in a timestep: to walk to any cell next to it in which the
       child is not, to wait, to get, to place;
     - one that has the interventions of ours: before each action it chooses to block a stairwell, to stand aside, to
-      stay, to relocate a candle to a table, or to pick something up off the floor, and is moved by the rule of
-      `plans.routes`; while a candle is in its hand, it carries it to its table.
+      wait where it is or next to that, to relocate a candle to a table, or to pick something up off the floor, and is
+      moved by the rule of `plans.routes`; while a candle is in its hand, it carries it to its table.
 
     The layouts are first the sets of tables that bear a candle, the hand being empty; then those with a candle less,
     which is in the hand, for each table to which it is carried (for the free caregiver: for none in particular). There
@@ -258,9 +258,9 @@ class Exact:
         """List where each choice leads to in an action, (C, R) each, and where a table is at hand, bool (C, R)."""
         graph, cells, places = self.plan.graph, len(self.plan.free_cells), len(self.plan.caregiver_cells)
         stands, here = graph.beside(self.plan.tables), np.broadcast_to(np.arange(places), (cells, places))
+        around = np.array([[*n, *[i] * (5 - len(n))] for i, n in enumerate(graph.neighbours)])
+        steps = [np.where(there == self._child, here, there) for there in around.T]
         if self._free:
-            around = np.array([[*n, *[i] * (5 - len(n))] for i, n in enumerate(graph.neighbours)])
-            steps = [np.where(there == self._child, here, there) for there in around.T]
             at = [np.isin(here, stand) for stand in stands]
             self._choices = [(np.arange(len(self._number)), there) for there in steps]
         else:
@@ -269,7 +269,7 @@ class Exact:
             routes = Routes(self.plan, [*posts, *stands, *things])
             far, towards = (np.stack(one, axis=1) for one in zip(*map(routes.around, range(cells)), strict=True))
             at = [far[len(posts) + table] == 0 for table in range(len(stands))]
-            self._choices = [(self._empty, there) for there in (here, *towards[: len(posts)], towards[-1])]
+            self._choices = [(self._empty, there) for there in (*steps, *towards[: len(posts)], towards[-1])]
             for thing, there in enumerate(towards[len(posts) + len(stands) : -1]):
                 self._choices.append((self._empty[self._lying[self._empty, thing]], there))
             for table, there in enumerate(towards[len(posts) : len(posts) + len(stands)]):
