@@ -256,7 +256,7 @@ class TestValueTable:
     def test_a_caregiver_that_may_wait_anywhere_leaves_no_more_than_one_of_landings(self, monkeypatch):
         plan, exact = FloorPlan.parse(TWO_ENDS), Objective(sweeps=400, tolerance=0.0)
         free = ValueTable(plan, objective=exact)
-        monkeypatch.setattr(ValueTable, "_stepped", lambda table, way: table._walked(table.motion.aside + 1))  # it stays
+        monkeypatch.setattr(ValueTable, "_stepped", lambda table, _: table._walked(table.motion.aside + 1))  # to stay
         posts = ValueTable(plan, objective=exact)
         assert (free.value <= posts.value + 1e-3).all()
         assert (free.value < posts.value - 0.05).any()

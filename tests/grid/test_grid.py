@@ -437,6 +437,7 @@ def moving(world, action, timesteps=1):
 
 NORTH, EAST, SOUTH, WEST = range(4)
 
+
 class Waits(Fixed):
     """Waits in a cell."""
 
