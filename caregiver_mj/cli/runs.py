@@ -35,13 +35,13 @@ if TYPE_CHECKING:
 _COMPARED = ("epsilon", "caregiver", "pairs", "first", "second", "difference", "p", "verdict")
 _TITLES = {  # of a column, and what it is where there is little room
     "damage": "damage",
-    "normalised": "norm.",
+    "normalised": "norm",
     "left": "left",
     "score": "score",
     "timesteps": "steps",
     "cells": "cells",
     "toys": "toys",
-    "blocked": "block.",
+    "blocked": "block",
     "done": "done",
 }
 _TO_THE_LEFT = ("caregiver", "quantity", "verdict", "worst: house")  # columns; numbers stand to the right
@@ -381,13 +381,15 @@ def print_rows(
         table.title = plain(title) if part is parts[0] else None
         # If one column is too wide already, the terminal may break its lines.
         console.print(table, width=max(width(part, narrow), console.width))
+        if narrow:  # these have no edges, which are blank lines
+            console.print()
     console.print(legend, style="table.caption", markup=False, highlight=False)
 
 
 def _table(rows: list[dict[str, str]], columns: list[str], narrow: bool, sections: bool) -> rich.table.Table:
     """Return a table of some columns."""
-    table = rich.table.Table(box=rich.box.SIMPLE_HEAD)
-    table.padding, table.pad_edge = (0, 0 if narrow else 1), not narrow
+    table = rich.table.Table(box=rich.box.SIMPLE_HEAD, padding=(0, 0 if narrow else 1))
+    table.pad_edge = table.show_edge = not narrow
     for column in columns:
         heading = _TITLES.get(column, column.removesuffix(" of each")) if narrow else column
         table.add_column(heading, justify="left" if column in _TO_THE_LEFT else "right", no_wrap=True)

@@ -10,7 +10,7 @@ from caregiver_mj.cli.runs import output, print_table
 from caregiver_mj.viz import report
 
 COLUMNS = ["damage", "normalised", "left", "score", "timesteps", "cells", "toys", "blocked", "done"]
-SHORT = ["damage", "norm.", "left", "score", "steps", "cells", "toys", "block.", "done"]
+SHORT = ["damage", "norm", "left", "score", "steps", "cells", "toys", "block", "done"]
 
 
 @pytest.fixture(scope="module")
@@ -31,8 +31,8 @@ def printed(summary, width, encoding="utf-8"):
 @pytest.mark.parametrize(("width", "heads"), [
     (120, [COLUMNS]),
     (80, [SHORT]),
-    (60, [SHORT[:4], SHORT[4:8], SHORT[8:]]),
-    (42, [SHORT[:1], SHORT[1:3], SHORT[3:5], SHORT[5:7], SHORT[7:]]),
+    (60, [SHORT[:5], SHORT[5:]]),
+    (42, [SHORT[:2], SHORT[2:5], SHORT[5:8], SHORT[8:]]),
 ])  # fmt: skip
 def test_no_column_is_left_out_and_nothing_is_cut_short(summary, width, heads):
     text = printed(summary, width)
