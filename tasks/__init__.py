@@ -26,17 +26,11 @@ if TYPE_CHECKING:
 
 @dataclasses.dataclass(frozen=True)
 class TaskSpec:
-    """A task by name. All else is said by its class, which is imported when the task is loaded.
+    """A task by name. All else is said by its class, which is imported when the task is loaded."""
 
-    Attributes:
-        name: What `load` and the command line call it.
-        kind: Its class, or where that is, `module:class`.
-        version: That of its Gymnasium environment.
-    """
-
-    name: str
-    kind: str | type[CareTask]
-    version: int = 0
+    name: str  # what `load` and the command line call it
+    kind: str | type[CareTask]  # its class, or where that is, `module:class`
+    version: int = 0  # that of its Gymnasium environment
 
     @property
     def id(self) -> str:

@@ -59,16 +59,11 @@ class Budget:
 
     A request is a byte that is appended to the file `calls`, which a file system does for one process after the other:
     its place is the request's number. Each line of the file `tokens` has those of one answer.
-
-    Attributes:
-        folder: Where the files are; if None, in a folder of this process.
-        calls: How many requests there may be.
-        tokens: After how many tokens there are no more.
     """
 
-    folder: str | None = None
-    calls: float = math.inf
-    tokens: float = math.inf
+    folder: str | None = None  # where the files are; if None, in a folder of this process
+    calls: float = math.inf  # how many requests there may be
+    tokens: float = math.inf  # after how many tokens there are no more
 
     def check(self) -> None:
         """Raise BudgetError if it is used up."""

@@ -14,29 +14,20 @@ import numpy as np
 
 @dataclasses.dataclass(frozen=True)
 class Future:
-    """What children will do in the next T timesteps if nobody stands in their way.
+    """What children will do in the next T timesteps if nobody stands in their way."""
 
-    Attributes:
-        cell: Their cells after each of their moves, (T, B, K).
-        object: What each move bumps into, likewise: first the stairwells, then the tables; NOTHING for neither.
-    """
-
-    cell: np.ndarray
+    cell: np.ndarray  # their cells after each of their moves, (T, B, K)
+    # what each move bumps into, likewise: first the stairwells, then the tables; NOTHING for neither
     object: np.ndarray
 
 
 @dataclasses.dataclass(frozen=True)
 class Truth:
-    """What a world knows of its children.
+    """What a world knows of its children."""
 
-    Attributes:
-        goal: Index of the toy bin that each goes to, (B, K).
-        epsilon: Share of random moves of each, (B, K).
-        future: Works out what will come, to the end of the episode; None in a world that cannot.
-    """
-
-    goal: np.ndarray
-    epsilon: np.ndarray
+    goal: np.ndarray  # index of the toy bin that each goes to, (B, K)
+    epsilon: np.ndarray  # share of random moves of each, (B, K)
+    # works out what will come, to the end of the episode; None in a world that cannot
     future: Callable[[], Future] | None = None
 
 

@@ -44,33 +44,19 @@ _TARGET_TASK = "Targets: say once a novice timestep what to protect the children
 
 @dataclasses.dataclass(frozen=True)
 class Recipe:
-    """What episodes of a data set depend on, their seeds aside.
+    """What episodes of a data set depend on, their seeds aside."""
 
-    Attributes:
-        task: One of `tasks.TASKS`, or TARGETS.
-        plan: The house.
-        family: The children.
-        caregiver: Name of who acts, or RANDOM.
-        seed: Seed of the caregiver.
-        world: "house", or "grid", for targets alone.
-        embodiment: Name of the robot in the house.
-        seconds: Longest episode in simulated time; that of the task if None.
-        cameras: Names of cameras to record.
-        size: Width and height of what they record, pixels, even.
-        answers: What the caregiver has answered in each episode, to be given again, if anything.
-    """
-
-    task: str
-    plan: FloorPlan
-    family: Family
-    caregiver: str = "expected-danger"
-    seed: int = 0
-    world: str = "house"
-    embodiment: str = DEFAULT
-    seconds: float | None = None
-    cameras: tuple[str, ...] = ()
-    size: tuple[int, int] = (128, 96)
-    answers: tuple[str, ...] = ()
+    task: str  # one of `tasks.TASKS`, or TARGETS
+    plan: FloorPlan  # the house
+    family: Family  # the children
+    caregiver: str = "expected-danger"  # name of who acts, or RANDOM
+    seed: int = 0  # seed of the caregiver
+    world: str = "house"  # "house", or "grid", for targets alone
+    embodiment: str = DEFAULT  # name of the robot in the house
+    seconds: float | None = None  # longest episode in simulated time; that of the task if None
+    cameras: tuple[str, ...] = ()  # names of cameras to record
+    size: tuple[int, int] = (128, 96)  # width and height of what they record, pixels, even
+    answers: tuple[str, ...] = ()  # what the caregiver has answered in each episode, to be given again, if anything
 
     def check(self) -> None:
         """Raise CaregiverError unless this can be recorded."""

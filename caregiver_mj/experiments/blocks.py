@@ -199,15 +199,10 @@ def _run_in_house(
 
 
 class Tables(NamedTuple):
-    """What came of a block, or of a run.
+    """What came of a block, or of a run."""
 
-    Attributes:
-        episodes: A row an episode.
-        maps: A row for each caregiver, family and free cell.
-    """
-
-    episodes: pd.DataFrame
-    maps: pd.DataFrame
+    episodes: pd.DataFrame  # a row an episode
+    maps: pd.DataFrame  # a row for each caregiver, family and free cell
 
 
 def tables_of(settings: Settings, block: Block, result: Result) -> Tables:

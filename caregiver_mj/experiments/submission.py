@@ -70,19 +70,12 @@ Least damage left comes first, but a caregiver that does harm, by any of its thr
 
 
 class Submission(NamedTuple):
-    """What is in a file.
+    """What is in a file."""
 
-    Attributes:
-        path: The file.
-        card: What its authors say of it: `title`, `authors` and `notes`.
-        settings: What ran.
-        results: What is said to have come of it, by block.
-    """
-
-    path: pathlib.Path
-    card: Mapping[str, str]
-    settings: Settings
-    results: Mapping[Block, Result]
+    path: pathlib.Path  # the file
+    card: Mapping[str, str]  # what its authors say of it: `title`, `authors` and `notes`
+    settings: Settings  # what ran
+    results: Mapping[Block, Result]  # what is said to have come of it, by block
 
 
 class _Claim(NamedTuple):

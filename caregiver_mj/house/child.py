@@ -219,35 +219,21 @@ class Booking(NamedTuple):
 
 @dataclasses.dataclass
 class Move:
-    """One move of one child.
+    """One move of one child."""
 
-    Attributes:
-        begun: Free cell in which it begins.
-        going: Free cell in which it ends, as far as the floor plan tells.
-        target: What it leads to, or None if the child stays where it is.
-        to_toy: Whether that is the bin that the child wants to get to.
-        draw: Uniform draw for the next bin, should the child reach the one that it wants to get to, (1,).
-        rests: Whether the child means to stay where it is.
-        harm: Damage of the worst thing that has happened so far.
-        kind: What that was, the name of one of `KINDS`, or "" if nothing has.
-        fell: Whether the child has fallen down stairs.
-        reached_toy: Whether it has reached its bin.
-        met_robot: Whether the robot, or a closed gate, was in its way.
-        entered: Whether the robot came into the cell that it leads to after the child had set out, or None if it was
-            there before.
-    """
-
-    begun: int
-    going: int
-    target: Target | None = None
-    to_toy: bool = False
+    begun: int  # free cell in which it begins
+    going: int  # free cell in which it ends, as far as the floor plan tells
+    target: Target | None = None  # what it leads to, or None if the child stays where it is
+    to_toy: bool = False  # whether that is the bin that the child wants to get to
+    # uniform draw for the next bin, should the child reach the one that it wants to get to, (1,)
     draw: np.ndarray | None = None
-    rests: bool = False
-    harm: float = 0.0
-    kind: str = ""
-    fell: bool = False
-    reached_toy: bool = False
-    met_robot: bool = False
+    rests: bool = False  # whether the child means to stay where it is
+    harm: float = 0.0  # damage of the worst thing that has happened so far
+    kind: str = ""  # what that was, the name of one of `KINDS`, or "" if nothing has
+    fell: bool = False  # whether the child has fallen down stairs
+    reached_toy: bool = False  # whether it has reached its bin
+    met_robot: bool = False  # whether the robot, or a closed gate, was in its way
+    # whether the robot came into the cell that it leads to after the child had set out, or None if it was there before
     entered: bool | None = False
 
     def booking(self, ended: int) -> Booking:

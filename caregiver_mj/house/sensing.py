@@ -28,39 +28,27 @@ class Blur:
 
     White errors are drawn at every control timestep. Lasting ones belong to a sighting: those of the base and of a
     child last for the episode, and those of a candle until it is lifted, set down, or let go.
-
-    Attributes:
-        noise: White error of the position, one sigma along each axis, metres.
-        bias: Lasting error of it, likewise.
-        turn_noise: White error of the heading, of a candle about each axis, one sigma, radians.
-        turn_bias: Lasting error of it, likewise.
-        velocity_noise: White error of the velocity, one sigma, m/s, and of the rate of turning, rad/s; not of candles.
-        dropout: Probability that it is not seen in a control timestep, so that what was seen last is shown again.
     """
 
-    noise: float = 0.0
-    bias: float = 0.0
-    turn_noise: float = 0.0
-    turn_bias: float = 0.0
+    noise: float = 0.0  # white error of the position, one sigma along each axis, metres
+    bias: float = 0.0  # lasting error of it, likewise
+    turn_noise: float = 0.0  # white error of the heading, of a candle about each axis, one sigma, radians
+    turn_bias: float = 0.0  # lasting error of it, likewise
+    # white error of the velocity, one sigma, m/s, and of the rate of turning, rad/s; not of candles
     velocity_noise: float = 0.0
+    # probability that it is not seen in a control timestep, so that what was seen last is shown again
     dropout: float = 0.0
 
 
 @dataclasses.dataclass(frozen=True)
 class Sensing:
-    """How well a task's observations show what there is.
+    """How well a task's observations show what there is."""
 
-    Attributes:
-        candle: Errors in which candles are seen, and small things.
-        child: Errors in which children are seen.
-        base: Errors in which the robot knows where its base is.
-        delay: How old all that is, and what is known of arm and fingers, seconds; in whole control timesteps, rounded
-            up. The clock is the robot's own.
-    """
-
-    candle: Blur = Blur()
-    child: Blur = Blur()
-    base: Blur = Blur()
+    candle: Blur = Blur()  # errors in which candles are seen, and small things
+    child: Blur = Blur()  # errors in which children are seen
+    base: Blur = Blur()  # errors in which the robot knows where its base is
+    # how old all that is, and what is known of arm and fingers, seconds; in whole control timesteps, rounded up. The
+    # clock is the robot's own
     delay: float = 0.0
 
     @classmethod

@@ -18,30 +18,18 @@ from caregiver_mj.robot.embodiment import Embodiment
 
 @dataclasses.dataclass(frozen=True)
 class TaskInfo:
-    """What a policy may know of a task beside its observations.
+    """What a policy may know of a task beside its observations."""
 
-    Attributes:
-        plan: The house.
-        family: Who the children are.
-        embodiment: The robot; None if there is none.
-        sensing: How well observations show what there is.
-        sight: Which children they show.
-        novice_timestep: Seconds of a novice timestep.
-        table_heights: How high the tables' tops are, (tables,), metres, if observations show it; else None.
-        orders: From an observation to what the task asks for; None if it leaves that to the caregiver.
-        caregiver_seed: This episode's seed for a caregiver that draws lots.
-        starting_tables: Index of the table on which each candle stood when this episode began.
-        truth: What a `ToldCaregiver` is told, and nobody else.
-    """
-
-    plan: FloorPlan
-    family: Family
-    embodiment: Embodiment | None
-    sensing: Sensing
-    sight: Sight
-    novice_timestep: float
+    plan: FloorPlan  # the house
+    family: Family  # who the children are
+    embodiment: Embodiment | None  # the robot; None if there is none
+    sensing: Sensing  # how well observations show what there is
+    sight: Sight  # which children they show
+    novice_timestep: float  # seconds of a novice timestep
+    # how high the tables' tops are, (tables,), metres, if observations show it; else None
     table_heights: np.ndarray | None
+    # from an observation to what the task asks for; None if it leaves that to the caregiver
     orders: Callable[[Mapping[str, np.ndarray]], Intervention | None] | None
-    caregiver_seed: int
-    starting_tables: tuple[int, ...]
-    truth: Callable[[], Truth]
+    caregiver_seed: int  # this episode's seed for a caregiver that draws lots
+    starting_tables: tuple[int, ...]  # index of the table on which each candle stood when this episode began
+    truth: Callable[[], Truth]  # what a `ToldCaregiver` is told, and nobody else

@@ -20,37 +20,26 @@ _NUMBERED = ("bin", *(kind.name for kind in KINDS))  # kinds of things that stan
 
 @dataclasses.dataclass(frozen=True)
 class Touch:
-    """A contact of a child.
+    """A contact of a child."""
 
-    Attributes:
-        child: Its number.
-        kind: What it touches: "wall", "bin", "robot", "panel" (of a gate), or the name of a `HazardKind`.
-        index: Number of that thing in the floor plan, -1 for walls and the robot.
-        direction: Unit vector from the child towards it, on the floor; (0, 0) where it is above or below.
-        speed: How fast the touching part of the robot, or a gate, moves towards the child, m/s (0 for all else).
-        surface_speed: How fast its surface moves there, towards the child and along it, m/s: more than `speed` where it
-            turns or slides past. What moves away counts as far as it slides.
-        driven_speed: The same if the base moved as its drives are told: what a child pushes aside moves, but does not
-            drive.
-        force: Between the two, N; with friction.
-        height: Of the contact above the floor, metres.
-        time: When it was, seconds since the start.
-        part: Part of the robot that touches the child, or touches what does: "base" or "arm", which has the hand; ""
-            where it has no part in the contact.
-        mass: Reduced mass of robot and child along the contact, kg, see `TouchReader.reduced_mass`; 0 for all else.
-    """
-
-    child: int
-    kind: str
-    index: int
+    child: int  # its number
+    kind: str  # what it touches: "wall", "bin", "robot", "panel" (of a gate), or the name of a `HazardKind`
+    index: int  # number of that thing in the floor plan, -1 for walls and the robot
+    # unit vector from the child towards it, on the floor; (0, 0) where it is above or below
     direction: tuple[float, float]
-    speed: float
+    speed: float  # how fast the touching part of the robot, or a gate, moves towards the child, m/s (0 for all else)
+    # how fast its surface moves there, towards the child and along it, m/s: more than `speed` where it turns or slides
+    # past. What moves away counts as far as it slides
     surface_speed: float = 0.0
+    # the same if the base moved as its drives are told: what a child pushes aside moves, but does not drive
     driven_speed: float = 0.0
-    force: float = 0.0
-    height: float = 0.0
-    time: float = 0.0
+    force: float = 0.0  # between the two, N; with friction
+    height: float = 0.0  # of the contact above the floor, metres
+    time: float = 0.0  # when it was, seconds since the start
+    # part of the robot that touches the child, or touches what does: "base" or "arm", which has the hand; "" where it
+    # has no part in the contact
     part: str = ""
+    # reduced mass of robot and child along the contact, kg, see `TouchReader.reduced_mass`; 0 for all else
     mass: float = 0.0
 
 

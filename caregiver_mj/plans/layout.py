@@ -65,19 +65,12 @@ def _numbers(element: ElementTree.Element, attribute: str) -> tuple[float, ...]:
 
 
 class Thing(NamedTuple):
-    """What a hand must know of a thing that it carries, metres.
+    """What a hand must know of a thing that it carries, metres."""
 
-    Attributes:
-        radius: Of the upright cylinder by which it is gripped.
-        height: Of its top above its foot.
-        width: Radius of the widest upright cylinder of it.
-        grip: How far above its foot it is gripped.
-    """
-
-    radius: float
-    height: float
-    width: float
-    grip: float
+    radius: float  # of the upright cylinder by which it is gripped
+    height: float  # of its top above its foot
+    width: float  # radius of the widest upright cylinder of it
+    grip: float  # how far above its foot it is gripped
 
 
 @functools.cache
@@ -95,17 +88,11 @@ def things(plan: FloorPlan) -> tuple[Thing, ...]:
 
 
 class Gate(NamedTuple):
-    """A gate, seen from the middle of its landing: x towards the stairs, y to the left, metres.
+    """A gate, seen from the middle of its landing: x towards the stairs, y to the left, metres."""
 
-    Attributes:
-        hinge: Where its panel hangs, (x, y); closed, it reaches from there towards -y.
-        length: From the hinge to the panel's other end.
-        height: Of the panel's top above the floor.
-    """
-
-    hinge: tuple[float, float]
-    length: float
-    height: float
+    hinge: tuple[float, float]  # where its panel hangs, (x, y); closed, it reaches from there towards -y
+    length: float  # from the hinge to the panel's other end
+    height: float  # of the panel's top above the floor
 
 
 @functools.cache

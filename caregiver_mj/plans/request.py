@@ -35,20 +35,11 @@ Thing = TypeVar("Thing")
 
 @dataclasses.dataclass(frozen=True)
 class Request:
-    """What a house shall be like. What is None is drawn from the seed.
+    """What a house shall be like. What is None is drawn from the seed."""
 
-    Attributes:
-        seed: Where all chance comes from, a whole number from 0 on, below `SEEDS`.
-        size: Columns and rows, outer walls included.
-        rooms: How many rooms, a corridor included.
-        stairwells, candles, tables, bins: How many stairwells, tables with a candle, bare tables, and toy bins.
-        gates, mugs, batteries: How many more stairwells, with an open gate, and tables, with a mug; small objects.
-        home: Whether gates, mugs and batteries, too, are drawn if they are None; else there are none.
-    """
-
-    seed: int
-    size: tuple[int, int] | None = None
-    rooms: int | None = None
+    seed: int  # where all chance comes from, a whole number from 0 on, below `SEEDS`
+    size: tuple[int, int] | None = None  # columns and rows, outer walls included
+    rooms: int | None = None  # how many rooms, a corridor included
     stairwells: int | None = None
     candles: int | None = None
     tables: int | None = None
@@ -56,7 +47,7 @@ class Request:
     gates: int | None = None
     mugs: int | None = None
     batteries: int | None = None
-    home: bool = False
+    home: bool = False  # whether gates, mugs and batteries, too, are drawn if they are None; else there are none
 
     @property
     def name(self) -> str:

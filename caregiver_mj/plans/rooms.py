@@ -107,19 +107,12 @@ def _with_corridor(random: np.random.RandomState, house: Room, rooms: int, small
 
 @dataclasses.dataclass(frozen=True)
 class Shell:
-    """A house without furniture.
+    """A house without furniture."""
 
-    Attributes:
-        shape: Rows and columns, outer walls included.
-        rooms: The rooms; corridors are some of them.
-        doorways: For each doorway its cells, one or two.
-        things: What stands at fixed places already: cells and their characters.
-    """
-
-    shape: tuple[int, int]
-    rooms: tuple[Room, ...]
-    doorways: tuple[tuple[Cell, ...], ...]
-    things: tuple[tuple[Cell, str], ...] = ()
+    shape: tuple[int, int]  # rows and columns, outer walls included
+    rooms: tuple[Room, ...]  # the rooms; corridors are some of them
+    doorways: tuple[tuple[Cell, ...], ...]  # for each doorway its cells, one or two
+    things: tuple[tuple[Cell, str], ...] = ()  # what stands at fixed places already: cells and their characters
 
     def symbols(self) -> np.ndarray:
         """Return its floor plan, characters (rows, columns)."""

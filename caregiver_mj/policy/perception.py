@@ -42,19 +42,12 @@ _NO_CANDLES, _NO_ORIENTATIONS = np.zeros((0, 3)), np.zeros((0, 4))
 
 @dataclasses.dataclass
 class _Sighting:
-    """One child as it was last made out.
+    """One child as it was last made out."""
 
-    Attributes:
-        origin: Where its present move began, metres; None if that was not seen.
-        is_clear: Whether it is clear where that leads.
-        cell: The free cell in which it is, or will be after the move; NOTHING if that has not been seen.
-        previous: The cell in which it made its last move, and that move; NOTHING likewise.
-    """
-
-    origin: Vector | None
-    is_clear: bool
-    cell: int
-    previous: tuple[int, int]
+    origin: Vector | None  # where its present move began, metres; None if that was not seen
+    is_clear: bool  # whether it is clear where that leads
+    cell: int  # the free cell in which it is, or will be after the move; NOTHING if that has not been seen
+    previous: tuple[int, int]  # the cell in which it made its last move, and that move; NOTHING likewise
 
 
 class Perception:

@@ -46,19 +46,12 @@ GRADES_CAUTION = (
 
 @dataclasses.dataclass(frozen=True)
 class BodyLimit:
-    """The limits of one part of the body.
+    """The limits of one part of the body."""
 
-    Attributes:
-        region: Where it is, one of `recording.contacts.REGIONS`.
-        part: What it is called.
-        clamping: Greatest force while clamped or squeezed, N.
-        impact: Greatest force of an impact, N.
-    """
-
-    region: str
-    part: str
-    clamping: float
-    impact: float
+    region: str  # where it is, one of `recording.contacts.REGIONS`
+    part: str  # what it is called
+    clamping: float  # greatest force while clamped or squeezed, N
+    impact: float  # greatest force of an impact, N
 
 
 BODY_LIMITS = (

@@ -21,36 +21,22 @@ _ARRAYS, _REST = "arrays.npz", "episode.json"
 
 @dataclasses.dataclass(frozen=True)
 class Steps:
-    """An episode of n steps.
+    """An episode of n steps."""
 
-    Attributes:
-        number: Its number in the data set, from 0.
-        seed: What it is the episode of, in `evaluate` and `render` as here.
-        observations: What was seen, by key: before every step and after the last one, (n + 1, ...) each.
-        actions: What was done, (n, ...).
-        rewards: What came of it, (n,).
-        costs: Harm in each step, as of `CostMeter`: damage, and 1 for every strike, (n,).
-        damage: Damage to the children in each, (n,).
-        strikes: How often the robot struck one, (n,).
-        interventions: Number of the hazard that was being protected from, or NOTHING, (n,).
-        terminated: Whether the episode came to its end; else it was cut off.
-        diverged: Whether that was because the simulation came apart.
-        outcome: What is measured of an episode, as in the tables.
-        frames: What cameras saw, by their names, with the observations, uint8 (n + 1, height, width, 3) each.
-    """
-
-    number: int
-    seed: int
+    number: int  # its number in the data set, from 0
+    seed: int  # what it is the episode of, in `evaluate` and `render` as here
+    # what was seen, by key: before every step and after the last one, (n + 1, ...) each
     observations: dict[str, np.ndarray]
-    actions: np.ndarray
-    rewards: np.ndarray
-    costs: np.ndarray
-    damage: np.ndarray
-    strikes: np.ndarray
-    interventions: np.ndarray
-    terminated: bool
-    diverged: bool
-    outcome: dict[str, Any]
+    actions: np.ndarray  # what was done, (n, ...)
+    rewards: np.ndarray  # what came of it, (n,)
+    costs: np.ndarray  # harm in each step, as of `CostMeter`: damage, and 1 for every strike, (n,)
+    damage: np.ndarray  # damage to the children in each, (n,)
+    strikes: np.ndarray  # how often the robot struck one, (n,)
+    interventions: np.ndarray  # number of the hazard that was being protected from, or NOTHING, (n,)
+    terminated: bool  # whether the episode came to its end; else it was cut off
+    diverged: bool  # whether that was because the simulation came apart
+    outcome: dict[str, Any]  # what is measured of an episode, as in the tables
+    # what cameras saw, by their names, with the observations, uint8 (n + 1, height, width, 3) each
     frames: dict[str, np.ndarray] = dataclasses.field(default_factory=dict)
 
     def __len__(self) -> int:
@@ -145,25 +131,15 @@ def _folder(store: pathlib.Path, number: int) -> pathlib.Path:
 
 @dataclasses.dataclass(frozen=True)
 class About:
-    """What a data set says of itself.
+    """What a data set says of itself."""
 
-    Attributes:
-        task: What was to be done, in a sentence.
-        robot: Name of the robot; nothing where there is none.
-        policy: Who acted.
-        rate: Steps a second of simulated time.
-        actions: Names of the values of an action.
-        hazards: What the numbers of the hazards mean.
-        version: Of this package.
-    """
-
-    task: str
-    robot: str
-    policy: str
-    rate: float
-    actions: tuple[str, ...]
-    hazards: tuple[str, ...]
-    version: str
+    task: str  # what was to be done, in a sentence
+    robot: str  # name of the robot; nothing where there is none
+    policy: str  # who acted
+    rate: float  # steps a second of simulated time
+    actions: tuple[str, ...]  # names of the values of an action
+    hazards: tuple[str, ...]  # what the numbers of the hazards mean
+    version: str  # of this package
 
     @property
     def description(self) -> str:

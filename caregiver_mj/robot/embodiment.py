@@ -35,49 +35,31 @@ _ROLLS, _STEERS = 0.01, 20.0  # m/s from which on a wheel is steered, and 1/s: f
 
 @dataclasses.dataclass(frozen=True)
 class Names:
-    """What the parts of a model are called.
+    """What the parts of a model are called."""
 
-    Attributes:
-        arm: Joints from the shoulder on.
-        fingers: Joints of the left and of the right finger.
-        chain: Bodies of the arm between which it bends, from the shoulder to the wrist.
-        base: Joints along x, along y and about z.
-        wheels: Joints that steer those at the front left and right, then at the rear left and right.
-    """
-
-    arm: tuple[str, ...]
-    fingers: tuple[str, str]
-    chain: tuple[str, ...]
-    base: tuple[str, str, str] = ("base_x", "base_y", "base_yaw")
+    arm: tuple[str, ...]  #: joints from the shoulder on
+    fingers: tuple[str, str]  #: joints of the left and of the right finger
+    chain: tuple[str, ...]  #: bodies of the arm between which it bends, from the shoulder to the wrist
+    base: tuple[str, str, str] = ("base_x", "base_y", "base_yaw")  #: joints along x, along y and about z
+    #: joints that steer those at the front left and right, then at the rear left and right
     wheels: tuple[str, str, str, str] = ("wheel_front_left", "wheel_front_right", "wheel_rear_left", "wheel_rear_right")
 
 
 @dataclasses.dataclass(frozen=True)
 class Layout:
-    """Where what is in an array of commands.
+    """Where what is in an array of commands."""
 
-    Attributes:
-        base: Velocities along x, along y and about z.
-        arm: Joint targets.
-        gripper: How far the fingers stand off the middle: one number in an action, one a finger in the actuators.
-        size: Length of the array.
-    """
-
-    base: slice
-    arm: slice
-    gripper: slice
-    size: int
+    base: slice  #: velocities along x, along y and about z
+    arm: slice  #: joint targets
+    gripper: slice  #: how far the fingers stand off the middle: one number in an action, one a finger in the actuators
+    size: int  #: length of the array
 
 
 @dataclasses.dataclass(frozen=True)
 class Wheels:
-    """Four driven wheels, each of which is steered about its middle.
+    """Four driven wheels, each of which is steered about its middle."""
 
-    Attributes:
-        places: Where each is, x ahead of the base's middle and y to its left.
-    """
-
-    places: tuple[tuple[float, float], ...]
+    places: tuple[tuple[float, float], ...]  #: where each is, x ahead of the base's middle and y to its left
 
     def steer(self, headings: Sequence[float], ahead: float, aside: float, turn: float) -> list[float]:
         """Return the rates at which wheels turn to where they go, rad/s, in the order of `Names.wheels`.
@@ -101,31 +83,19 @@ class Wheels:
 
 @dataclasses.dataclass(frozen=True)
 class Servos:
-    """How the base follows its reference.
+    """How the base follows its reference."""
 
-    Attributes:
-        position_gain: From error of position to velocity, 1/s.
-        yaw_gain: From error of heading to rate of turning, 1/s.
-        base_lag: Seconds by which the base follows a velocity later, which is fed forward.
-        yaw_lag: The same of its rate of turning.
-    """
-
-    position_gain: float
-    yaw_gain: float
-    base_lag: float
-    yaw_lag: float
+    position_gain: float  #: from error of position to velocity, 1/s
+    yaw_gain: float  #: from error of heading to rate of turning, 1/s
+    base_lag: float  #: seconds by which the base follows a velocity later, which is fed forward
+    yaw_lag: float  #: the same of its rate of turning
 
 
 class Tray(NamedTuple):
-    """Where the tray for small things is on a base: its inside, in the base's frame.
+    """Where the tray for small things is on a base: its inside, in the base's frame."""
 
-    Attributes:
-        middle: Of the box in which what lies in it has its foot, metres.
-        half: Half that box's sides.
-    """
-
-    middle: tuple[float, float, float]
-    half: tuple[float, float, float]
+    middle: tuple[float, float, float]  #: of the box in which what lies in it has its foot, metres
+    half: tuple[float, float, float]  #: half that box's sides
 
     def along(self, spot: float) -> np.ndarray:
         """Return a place in it, (3,), by how far along its longer side that is from the middle, -1 to 1."""
@@ -139,47 +109,27 @@ class Tray(NamedTuple):
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Embodiment:
-    """A robot.
+    """A robot."""
 
-    Attributes:
-        name: Its name.
-        model: The model file.
-        names: What is what in it.
-        layout: Of an action.
-        actuators: Of the model's actuators, in which the gripper has two fingers.
-        footprint: Radius of the circle about the base's middle in which all of the base is.
-        wheels: Where the wheels are, which turn to where the base moves.
-        torque: What the arm's motors can do, of each joint, N m, (joints,).
-        limits: Bounds of its motion.
-        servos: How the base follows its reference.
-        bends: Where to look for the arm's joint positions.
-        postures: Where the hand is.
-        approach: How far out it is while the base drives.
-        grasp: How it takes a candle.
-        clearances: Room that it needs.
-        sides: Half the length and half the width of a box-shaped base, about its middle, metres; (0, 0) of a round one.
-        fingertip: How far the fingers' pads go beyond the pinch point.
-        tray: The tray for small things; None if it has none, and does not pick such up.
-    """
-
-    name: str
-    model: Traversable
-    names: Names
-    layout: Layout
-    actuators: Layout
-    footprint: float
-    wheels: Wheels
-    torque: np.ndarray
-    limits: RobotLimits
-    servos: Servos
-    bends: Bends
-    postures: Postures
-    approach: Approach
-    grasp: Grasp
-    clearances: Clearances
+    name: str  #: its name
+    model: Traversable  #: the model file
+    names: Names  #: what is what in it
+    layout: Layout  #: of an action
+    actuators: Layout  #: of the model's actuators, in which the gripper has two fingers
+    footprint: float  #: radius of the circle about the base's middle in which all of the base is
+    wheels: Wheels  #: where the wheels are, which turn to where the base moves
+    torque: np.ndarray  #: what the arm's motors can do, of each joint, N m, (joints,)
+    limits: RobotLimits  #: bounds of its motion
+    servos: Servos  #: how the base follows its reference
+    bends: Bends  #: where to look for the arm's joint positions
+    postures: Postures  #: where the hand is
+    approach: Approach  #: how far out it is while the base drives
+    grasp: Grasp  #: how it takes a candle
+    clearances: Clearances  #: room that it needs
+    #: half the length and half the width of a box-shaped base, about its middle, metres; (0, 0) of a round one
     sides: tuple[float, float] = (0.0, 0.0)
-    fingertip: float = 0.0
-    tray: Tray | None = None
+    fingertip: float = 0.0  #: how far the fingers' pads go beyond the pinch point
+    tray: Tray | None = None  #: the tray for small things; None if it has none, and does not pick such up
 
     @property
     def rounding(self) -> float:
@@ -189,104 +139,64 @@ class Embodiment:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Bends:
-    """Where to look for the arm's joint positions, as inverse kinematics finds what is near its guess.
+    """Where to look for the arm's joint positions, as inverse kinematics finds what is near its guess."""
 
-    Attributes:
-        tucked: Joint positions near those of the tucked arm.
-        bend: Index of the joint that pitches the hand.
-        bends: Guesses for a hand that points to the ground: so much more than in the tucked arm.
-        turn: Index of the joint that turns the hand about its approach.
-        held: Index of a joint to hold where the guess has it, in an arm with one more than it needs.
-    """
-
-    tucked: np.ndarray
-    bend: int
-    bends: tuple[float, ...]
-    turn: int
-    held: int | None = None
+    tucked: np.ndarray  #: joint positions near those of the tucked arm
+    bend: int  #: index of the joint that pitches the hand
+    bends: tuple[float, ...]  #: guesses for a hand that points to the ground: so much more than in the tucked arm
+    turn: int  #: index of the joint that turns the hand about its approach
+    held: int | None = None  #: index of a joint to hold where the guess has it, in an arm with one more than it needs
 
 
 @dataclasses.dataclass(frozen=True)
 class Postures:
-    """Where the hand is, in the base's frame: x ahead of its middle, z above the floor.
+    """Where the hand is, in the base's frame: x ahead of its middle, z above the floor."""
 
-    Attributes:
-        carry: The pinch point when the arm is tucked, (x, z). A candle held there passes over a child's head, clear
-            of it by `WAX_CLEAR` and `FLAME_CLEAR` (`caregiver_mj.recording.contacts`).
-        reach: How far ahead a candle on a table is gripped, and put down.
-        hand_pitch: Of the hand below the horizontal, so that the wrist clears a table's top.
-        lying_reaches: How far ahead a candle that lies may be gripped.
-        lying_pitches: Of a hand that takes a candle up level; the later ones reach farther.
-        floor_reach: How far ahead a candle is laid on open floor.
-    """
-
+    #: the pinch point when the arm is tucked, (x, z). A candle held there passes over a child's head, clear of it by
+    #: `WAX_CLEAR` and `FLAME_CLEAR` (`caregiver_mj.recording.contacts`)
     carry: tuple[float, float]
-    reach: float
-    hand_pitch: float
-    lying_reaches: tuple[float, ...]
-    lying_pitches: tuple[float, ...]
-    floor_reach: float
+    reach: float  #: how far ahead a candle on a table is gripped, and put down
+    hand_pitch: float  #: of the hand below the horizontal, so that the wrist clears a table's top
+    lying_reaches: tuple[float, ...]  #: how far ahead a candle that lies may be gripped
+    lying_pitches: tuple[float, ...]  #: of a hand that takes a candle up level; the later ones reach farther
+    floor_reach: float  #: how far ahead a candle is laid on open floor
 
 
 @dataclasses.dataclass(frozen=True)
 class Approach:
-    """How far out the hand may be, as a share of its reach, while the base drives.
+    """How far out the hand may be, as a share of its reach, while the base drives."""
 
-    Attributes:
-        turn: When the base turns.
-        drive: When it sets off: the hand is clear of a candle that it has let go, and meets no wall.
-        drive_loaded: When it sets off with a candle that is clear of the table.
-        above: When it nears a table: all of the hand is higher than a candle.
-        above_distance: Metres to go from which on it may be out like that.
-        above_yaw: Radians to go, likewise.
-        hover: When it is nearly in line with the candle: only the fingertips are not higher.
-        hover_across: Metres to go across, likewise.
-        hover_distance: Metres to go ahead, likewise.
-        hover_yaw: Radians to go, likewise.
-        last_time: Seconds before the base has arrived at which the last of the way down begins, such that the base is
-            there before the fingers are beside the candle.
-        last_distance: Metres to go, likewise.
-        last_yaw: Radians to go, likewise.
-    """
-
-    turn: float
-    above: float
-    hover: float
+    turn: float  #: when the base turns
+    above: float  #: when it nears a table: all of the hand is higher than a candle
+    hover: float  #: when it is nearly in line with the candle: only the fingertips are not higher
+    #: seconds before the base has arrived at which the last of the way down begins, such that the base is there before
+    #: the fingers are beside the candle
     last_time: float
-    drive: float = 0.62
-    drive_loaded: float = 0.85
-    above_distance: float = 0.60
-    above_yaw: float = 0.35
-    hover_across: float = 0.04
-    hover_distance: float = 0.30
-    hover_yaw: float = 0.12
-    last_distance: float = 0.14
-    last_yaw: float = 0.08
+    drive: float = 0.62  #: when it sets off: the hand is clear of a candle that it has let go, and meets no wall
+    drive_loaded: float = 0.85  #: when it sets off with a candle that is clear of the table
+    above_distance: float = 0.60  #: metres to go from which on it may be out like that
+    above_yaw: float = 0.35  #: radians to go, likewise
+    hover_across: float = 0.04  #: metres to go across, likewise
+    hover_distance: float = 0.30  #: metres to go ahead, likewise
+    hover_yaw: float = 0.12  #: radians to go, likewise
+    last_distance: float = 0.14  #: metres to go, likewise
+    last_yaw: float = 0.08  #: radians to go, likewise
 
 
 @dataclasses.dataclass(frozen=True)
 class Grasp:
-    """How the hand takes a candle.
+    """How the hand takes a candle."""
 
-    Attributes:
-        open: How far each finger stands off the middle when open.
-        closed: The same when closed: less than a candle's radius, and the difference is what squeezes it.
-        widest: The same at most, for what is thicker than a candle; `open` if that is more.
-        depth: How much nearer the candle shall be than the middle of the fingers: too far out it is lost sooner than
-            too far in.
-        grip_time: Seconds from closing to a firm grip.
-        release_time: Seconds before the hand is down at which the fingers begin to give way: they squeeze less and
-            less. Much earlier, and the candle is not yet pressed upright.
-        above_lying: Above the middle of a candle that lies, to keep the fingertips off the ground.
-    """
-
-    open: float
-    closed: float
-    grip_time: float
-    widest: float = 0.0
+    open: float  #: how far each finger stands off the middle when open
+    closed: float  #: the same when closed: less than a candle's radius, and the difference is what squeezes it
+    grip_time: float  #: seconds from closing to a firm grip
+    widest: float = 0.0  #: the same at most, for what is thicker than a candle; `open` if that is more
+    #: how much nearer the candle shall be than the middle of the fingers: too far out it is lost sooner than too far in
     depth: float = 0.003
+    #: seconds before the hand is down at which the fingers begin to give way: they squeeze less and less. Much earlier,
+    #: and the candle is not yet pressed upright
     release_time: float = 0.05
-    above_lying: float = 0.006
+    above_lying: float = 0.006  #: above the middle of a candle that lies, to keep the fingertips off the ground
 
     def opened(self, thing: layout.Thing) -> float:
         """Return how far each finger stands off the middle before it takes a thing."""
@@ -299,23 +209,14 @@ class Grasp:
 
 @dataclasses.dataclass(frozen=True)
 class Clearances:
-    """Room that the robot needs besides its footprint.
+    """Room that the robot needs besides its footprint."""
 
-    Attributes:
-        furniture: Between the base and furniture on a planned path; blended corners and tracking need it.
-        corner: How much of that a cut corner may use up.
-        standing: How much of it the base may use up where it stands still.
-        turning: From the middle of the base to a wall, so that a candle in the tucked hand can be swung round.
-        child_turning: From the middle of the base to that of a child, likewise.
-        hand: To both sides of the hand's middle when it is out: half its width, and what the arm may be off.
-        hand_width: From the middle of a candle that is put down, or taken, to the nearest end of another one; half of
-            it counts for a hand that passes a wall.
-    """
-
-    turning: float
-    child_turning: float
-    hand: float
+    turning: float  #: from the middle of the base to a wall, so that a candle in the tucked hand can be swung round
+    child_turning: float  #: from the middle of the base to that of a child, likewise
+    hand: float  #: to both sides of the hand's middle when it is out: half its width, and what the arm may be off
+    #: from the middle of a candle that is put down, or taken, to the nearest end of another one; half of it counts for
+    #: a hand that passes a wall
     hand_width: float
-    furniture: float = 0.07
-    corner: float = 0.02
-    standing: float = 0.02
+    furniture: float = 0.07  #: between the base and furniture on a planned path; blended corners and tracking need it
+    corner: float = 0.02  #: how much of that a cut corner may use up
+    standing: float = 0.02  #: how much of it the base may use up where it stands still

@@ -42,17 +42,12 @@ _AT_ONCE = 12.0  # stated milliseconds of a search in a control timestep; the la
 
 @dataclasses.dataclass(frozen=True)
 class Stance:
-    """Where the base stands to pick a candle up, or to lay it down, and the arm's way from there.
+    """Where the base stands to pick a candle up, or to lay it down, and the arm's way from there."""
 
-    Attributes:
-        base: Pose (x, y, yaw), metres and radians.
-        path: The arm's way; its last pose is the grip.
-        pitch_down: With what pitch the hand lays the candle down again, radians. None where it need not, because the
-            candle stands upright once the arm is tucked.
-    """
-
-    base: Pose
-    path: ReachPath
+    base: Pose  # pose (x, y, yaw), metres and radians
+    path: ReachPath  # the arm's way; its last pose is the grip
+    # with what pitch the hand lays the candle down again, radians. None where it need not, because the candle stands
+    # upright once the arm is tucked
     pitch_down: float | None = None
 
 

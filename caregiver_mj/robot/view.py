@@ -30,56 +30,36 @@ def off_table(things: Sequence[layout.Thing]) -> np.ndarray:
 
 
 class ChildView(NamedTuple):
-    """What the robot sees of one child.
+    """What the robot sees of one child."""
 
-    Attributes:
-        position: Its middle (x, y), metres.
-        velocity: How it moves (vx, vy), m/s.
-    """
-
-    position: Vector
-    velocity: Vector
+    position: Vector  # its middle (x, y), metres
+    velocity: Vector  # how it moves (vx, vy), m/s
 
 
 @dataclasses.dataclass(eq=False, slots=True)  # to look up what has been worked out of it
 class View:
-    """What the robot sees at one moment, in metres and radians.
+    """What the robot sees at one moment, in metres and radians."""
 
-    Attributes:
-        now: Seconds since the episode's start.
-        base: Pose (x, y, yaw) of its base.
-        fingers: How far the fingers stand off the middle, both together.
-        arm: Joint positions (joints,), radians.
-        children: All children in the house that are seen.
-        candles: Position of each candle's foot, (candles, 3).
-        candle_orientations: Its orientation, a quaternion (w, x, y, z), (candles, 4).
-        gates: How far each gate stands open, (gates,), radians.
-        things: Where each small thing is that lay on the floor at first, (things, 3).
-        table_heights: How high the tables' tops are, (tables,); None if as usual.
-        age: Seconds since all this was observed; what it is now is foretold from that.
-        unsure: Metres by which children may be nearer than they seem; 0 if all is seen exactly.
-        numbers: Which children these are; None if they are all that there are.
-        lurking: Where a child that is not seen may come round a corner, at the worst; where it may be, for a robot that
-            does not see all round.
-        hidden: Where one that was seen a moment ago may have come to.
-        gaze: Heading in which it sees most of where children may be that it does not see; None if it sees all round.
-    """
-
-    now: float
-    base: Pose
-    fingers: float
-    arm: np.ndarray
-    children: tuple[ChildView, ...]
-    candles: np.ndarray
-    candle_orientations: np.ndarray
+    now: float  # seconds since the episode's start
+    base: Pose  # pose (x, y, yaw) of its base
+    fingers: float  # how far the fingers stand off the middle, both together
+    arm: np.ndarray  # joint positions (joints,), radians
+    children: tuple[ChildView, ...]  # all children in the house that are seen
+    candles: np.ndarray  # position of each candle's foot, (candles, 3)
+    candle_orientations: np.ndarray  # its orientation, a quaternion (w, x, y, z), (candles, 4)
+    # how far each gate stands open, (gates,), radians
     gates: np.ndarray = dataclasses.field(default_factory=lambda: NO_GATES)
+    # where each small thing is that lay on the floor at first, (things, 3)
     things: np.ndarray = dataclasses.field(default_factory=lambda: NO_THINGS)
-    table_heights: np.ndarray | None = None
-    age: float = 0.0
-    unsure: float = 0.0
-    numbers: tuple[int, ...] | None = None
+    table_heights: np.ndarray | None = None  # how high the tables' tops are, (tables,); None if as usual
+    age: float = 0.0  # seconds since all this was observed; what it is now is foretold from that
+    unsure: float = 0.0  # metres by which children may be nearer than they seem; 0 if all is seen exactly
+    numbers: tuple[int, ...] | None = None  # which children these are; None if they are all that there are
+    # where a child that is not seen may come round a corner, at the worst; where it may be, for a robot that does not
+    # see all round
     lurking: tuple[ChildView, ...] = ()
-    hidden: tuple[ChildView, ...] = ()
+    hidden: tuple[ChildView, ...] = ()  # where one that was seen a moment ago may have come to
+    # heading in which it sees most of where children may be that it does not see; None if it sees all round
     gaze: float | None = None
 
     @property

@@ -139,30 +139,19 @@ class Episode:
 
 @dataclasses.dataclass(frozen=True)
 class Watched:
-    """An episode of a run: the same, step for step, as an evaluation with this seed has.
+    """An episode of a run: the same, step for step, as an evaluation with this seed has."""
 
-    Attributes:
-        house: A floor plan, or the name or file of one.
-        family: The children.
-        caregiver: Name of the caregiver, or of a policy; without a robot for "none".
-        seed: Seed of the run.
-        number: Number of the episode; None if the seed is that of a single episode, which belongs to no run.
-        damage: What collisions cost, where the house is not a floor plan that says so.
-        embodiment: Name of the robot.
-        sight: What the caregiver has to see with.
-        task: One of `caregiver_mj.ALL_TASKS`; evaluations are of "supervise".
-        answers: What is given again in the caregiver's place, see `caregiver_mj.caregivers.answers`, if anything.
-    """
-
-    house: str | os.PathLike[str] | FloorPlan = "paper"
-    family: Family = dataclasses.field(default_factory=Family)
-    caregiver: str = "foresight"
-    seed: int = 0
+    house: str | os.PathLike[str] | FloorPlan = "paper"  # a floor plan, or the name or file of one
+    family: Family = dataclasses.field(default_factory=Family)  # the children
+    caregiver: str = "foresight"  # name of the caregiver, or of a policy; without a robot for "none"
+    seed: int = 0  # seed of the run
+    # number of the episode; None if the seed is that of a single episode, which belongs to no run
     number: int | None = 0
-    damage: DamageWeights = DamageWeights()
-    embodiment: str = DEFAULT
-    sight: str = "all"
-    task: str = "supervise"
+    damage: DamageWeights = DamageWeights()  # what collisions cost, where the house is not a floor plan that says so
+    embodiment: str = DEFAULT  # name of the robot
+    sight: str = "all"  # what the caregiver has to see with
+    task: str = "supervise"  # one of `caregiver_mj.ALL_TASKS`; evaluations are of "supervise"
+    # what is given again in the caregiver's place, see `caregiver_mj.caregivers.answers`, if anything
     answers: str = ""
 
     def begin(self, foresees: bool = False) -> Episode:

@@ -21,38 +21,25 @@ _DENSEST = 0.75  # opacity of what is sure
 
 @dataclasses.dataclass(frozen=True)
 class Tile:
-    """A translucent block on the floor.
+    """A translucent block on the floor."""
 
-    Attributes:
-        centre: x and y of its middle, metres.
-        half: Half of its side, metres.
-        height: Metres.
-        colour: Red, green, blue, of 255.
-        opacity: Share of 1.
-    """
-
-    centre: tuple[float, float]
-    half: float
-    height: float
-    colour: tuple[int, int, int]
-    opacity: float
+    centre: tuple[float, float]  # x and y of its middle, metres
+    half: float  # half of its side, metres
+    height: float  # metres
+    colour: tuple[int, int, int]  # red, green, blue, of 255
+    opacity: float  # share of 1
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Forecast:
-    """What a caregiver expects of K children.
+    """What a caregiver expects of K children."""
 
-    Attributes:
-        presence: Probability that each comes to be in each free cell within `SOON` timesteps, (K, free cells).
-        harm: Probability that any of them runs into each hazard within `percept.HORIZON` timesteps, (hazards,).
-        goal: Probability that each is on its way to each toy bin, (K, bins): what is left wants something else.
-        epsilon: Share of random moves that is to be expected of each, (K,).
-    """
-
-    presence: np.ndarray
+    presence: np.ndarray  # probability that each comes to be in each free cell within `SOON` timesteps, (K, free cells)
+    # probability that any of them runs into each hazard within `percept.HORIZON` timesteps, (hazards,)
     harm: np.ndarray
+    # probability that each is on its way to each toy bin, (K, bins): what is left wants something else
     goal: np.ndarray
-    epsilon: np.ndarray
+    epsilon: np.ndarray  # share of random moves that is to be expected of each, (K,)
 
     @classmethod
     def of(cls, assessment: Assessment | None) -> Forecast | None:

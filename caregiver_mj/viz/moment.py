@@ -33,63 +33,39 @@ Observation = Mapping[str, np.ndarray]
 
 @dataclasses.dataclass(frozen=True)
 class ChildState:
-    """A child. Positions are in metres, in the floor plan's frame.
+    """A child. Positions are in metres, in the floor plan's frame."""
 
-    Attributes:
-        position: Where it is, (2,).
-        trail: Where it has been, (k, 2), newest last.
-        safe: P(safe|tau), or None if nobody estimates it.
-        damage: Damage that it has taken so far.
-        seen: Whether the caregiver sees it.
-    """
-
-    position: np.ndarray
+    position: np.ndarray  # where it is, (2,)
+    # where it has been, (k, 2), newest last
     trail: np.ndarray = dataclasses.field(default_factory=lambda: np.empty((0, 2)))
-    safe: float | None = None
-    damage: float = 0.0
-    seen: bool = True
+    safe: float | None = None  # P(safe|tau), or None if nobody estimates it
+    damage: float = 0.0  # damage that it has taken so far
+    seen: bool = True  # whether the caregiver sees it
 
 
 @dataclasses.dataclass(frozen=True)
 class HudState:
-    """A moment. Positions are in metres, in the floor plan's frame.
+    """A moment. Positions are in metres, in the floor plan's frame."""
 
-    Attributes:
-        plan: The house.
-        timestep: Novice timesteps elapsed.
-        family: Who the children are, such as "0.5" or "1,0.25".
-        children: The children, at least one.
-        candles: Where the candles are, (candles, 2) or (candles, 3).
-        damage: Damage so far, of all children.
-        damages: The same by kind, name to damage, shown if given.
-        robot: The caregiver's x, y and, of a robot, yaw in rad; None if there is none.
-        danger: Expected danger of every hazard, over all children, (hazards,), or None.
-        unsafe_danger: What that would be at P(safe|tau) = 0 of the least safe child, shown as outlines, or None.
-        target: Number of the hazard that is being dealt with, or NOTHING.
-        mark: What is pointed at on the plan: a cell is outlined, a candle gets a halo; None for nothing.
-        intervention: What the caregiver is doing, in words.
-        forecast: What may be coming, if that is to be shown.
-        gates: How far each gate stands open, radians, (gates,).
-        gone: Numbers of the hazards that are gone.
-        in_view: Which free cells the caregiver sees, bool (cells,); None for one that sees everything.
-    """
-
-    plan: FloorPlan
-    timestep: int
-    family: str
-    children: tuple[ChildState, ...]
-    candles: np.ndarray
-    damage: float = 0.0
-    damages: dict[str, float] | None = None
-    robot: np.ndarray | None = None
-    danger: np.ndarray | None = None
+    plan: FloorPlan  # the house
+    timestep: int  # novice timesteps elapsed
+    family: str  # who the children are, such as "0.5" or "1,0.25"
+    children: tuple[ChildState, ...]  # the children, at least one
+    candles: np.ndarray  # where the candles are, (candles, 2) or (candles, 3)
+    damage: float = 0.0  # damage so far, of all children
+    damages: dict[str, float] | None = None  # the same by kind, name to damage, shown if given
+    robot: np.ndarray | None = None  # the caregiver's x, y and, of a robot, yaw in rad; None if there is none
+    danger: np.ndarray | None = None  # expected danger of every hazard, over all children, (hazards,), or None
+    # what that would be at P(safe|tau) = 0 of the least safe child, shown as outlines, or None
     unsafe_danger: np.ndarray | None = None
-    target: int = NOTHING
+    target: int = NOTHING  # number of the hazard that is being dealt with, or NOTHING
+    # what is pointed at on the plan: a cell is outlined, a candle gets a halo; None for nothing
     mark: Mark | None = None
-    intervention: str = ""
-    forecast: Forecast | None = None
-    gates: Sequence[float] = ()
-    gone: Sequence[int] = ()
+    intervention: str = ""  # what the caregiver is doing, in words
+    forecast: Forecast | None = None  # what may be coming, if that is to be shown
+    gates: Sequence[float] = ()  # how far each gate stands open, radians, (gates,)
+    gone: Sequence[int] = ()  # numbers of the hazards that are gone
+    # which free cells the caregiver sees, bool (cells,); None for one that sees everything
     in_view: np.ndarray | None = None
 
 

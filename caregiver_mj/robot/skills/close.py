@@ -42,19 +42,12 @@ _CHILD_AWAY, _CHILD_NEAR, _CHILD_BESIDE, _SOON = 0.55, 0.45, 0.3, 0.4
 
 
 class Closing(NamedTuple):
-    """How a robot closes a gate.
+    """How a robot closes a gate."""
 
-    Attributes:
-        base: Where it stands, seen from the middle of the landing: x towards the stairs.
-        path: The arm's way: over the panel (1), astride it (2), along its arc, and back to the tucked arm.
-        radius: How far from the hinge the hand then is, metres.
-        pushed: Number of the pose in which the gate has been pushed to its stop; the next one tests whether it holds.
-    """
-
-    base: Pose
-    path: ReachPath
-    radius: float
-    pushed: int
+    base: Pose  # where it stands, seen from the middle of the landing: x towards the stairs
+    path: ReachPath  # the arm's way: over the panel (1), astride it (2), along its arc, and back to the tucked arm
+    radius: float  # how far from the hinge the hand then is, metres
+    pushed: int  # number of the pose in which the gate has been pushed to its stop; the next one tests whether it holds
 
 
 class Close(Skill):

@@ -110,20 +110,11 @@ def _letters(names: list[str], columns: int) -> int:
 
 @dataclasses.dataclass(frozen=True)
 class Series:
-    """A quantity for each novice or family; all arrays have that length, NaN where there is no number.
+    """A quantity for each novice or family; all arrays have that length, NaN where there is no number."""
 
-    Attributes:
-        label: What it is called in the legend.
-        mean: Means.
-        low: Lower ends of their intervals.
-        high: Upper ends, NaN also where an interval has none.
-        sd: Standard deviations, if they are to be shown.
-        published: The paper's means, if it has any.
-    """
-
-    label: str
-    mean: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
-    sd: np.ndarray | None = None
-    published: np.ndarray | None = None
+    label: str  # what it is called in the legend
+    mean: np.ndarray  # means
+    low: np.ndarray  # lower ends of their intervals
+    high: np.ndarray  # upper ends, NaN also where an interval has none
+    sd: np.ndarray | None = None  # standard deviations, if they are to be shown
+    published: np.ndarray | None = None  # the paper's means, if it has any
