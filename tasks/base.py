@@ -43,21 +43,13 @@ _CANDLE_OFFSET = 0.02  # metres off the table's centre at the start, at most, in
 
 @dataclasses.dataclass(frozen=True)
 class Observed:
-    """What stands under a key of an observation.
+    """What stands under a key of an observation."""
 
-    Attributes:
-        shape: Its shape in words, such as "(candles, 3)".
-        unit: Its units.
-        meaning: What it is.
-        within: Its bounds, by a name of `envs.bounds`; empty for wide ones.
-        asked: Whether it is only shown if that is asked for, or if there is such a thing in the house.
-    """
-
-    shape: str
-    unit: str
-    meaning: str
-    within: str = ""
-    asked: bool = False
+    shape: str  #: its shape in words, such as "(candles, 3)"
+    unit: str  #: its units
+    meaning: str  #: what it is
+    within: str = ""  #: its bounds, by a name of `envs.bounds`; empty for wide ones
+    asked: bool = False  #: whether it is only shown if that is asked for, or if there is such a thing in the house
 
 
 _OF_EACH_CHILD = "(3,), of several children (children, 3)"

@@ -18,25 +18,16 @@ HORIZON = 15  # timesteps: in as many the caregiver gets anywhere in most houses
 
 @dataclasses.dataclass(frozen=True)
 class Pace:
-    """What the world of a caregiver tells it about its own speed.
+    """What the world of a caregiver tells it about its own speed."""
 
-    Attributes:
-        cells: Cells that it walks in a novice timestep, once it is on its way.
-        get: Time to take a candle from a table that it stands beside, in that of walking a cell.
-        place: Time to put one down there, likewise.
-        start: Time that it loses on each way by setting off and stopping, likewise.
-        close: Time to close a gate before which it stands, likewise.
-        pick_up: Time to pick up what lies on the floor where it stands, likewise.
-        beside: Time to walk into the next cell with a child so many cells ahead of this one, a row each, and so many
-            to the side, a column each. Beyond these, and with a child behind it, it is 1.
-    """
-
-    cells: float = 3.0
-    get: float = 1.0
-    place: float = 1.0
-    start: float = 0.0
-    close: float = 1.0
-    pick_up: float = 1.0
+    cells: float = 3.0  #: cells that it walks in a novice timestep, once it is on its way
+    get: float = 1.0  #: time to take a candle from a table that it stands beside, in that of walking a cell
+    place: float = 1.0  #: time to put one down there, likewise
+    start: float = 0.0  #: time that it loses on each way by setting off and stopping, likewise
+    close: float = 1.0  #: time to close a gate before which it stands, likewise
+    pick_up: float = 1.0  #: time to pick up what lies on the floor where it stands, likewise
+    #: time to walk into the next cell with a child so many cells ahead of this one, a row each, and so many to the
+    #: side, a column each; beyond these, and with a child behind it, it is 1
     beside: tuple[tuple[float, ...], ...] = ()
 
     def way(self, step: np.ndarray, child: np.ndarray) -> np.ndarray:
@@ -106,21 +97,15 @@ class Percept:
 
 @dataclasses.dataclass(frozen=True)
 class Assessment:
-    """The numbers behind a decision.
+    """The numbers behind a decision."""
 
-    Attributes:
-        safe: P(safe|tau) of every child, (B, K).
-        reach: P(reach_o|tau) of every hazard by every child, (B, K, hazards).
-        danger: Expected danger of every hazard to every child, equation (2), (B, K, hazards).
-        urgency: What decides between the hazards: their dangers, put together over the children and divided by the
-            greatest 1 - P(safe) of any child, (B, hazards).
-        outlook: What the caregiver believes of the children and what follows from that, if it looks ahead.
-    """
-
-    safe: np.ndarray
-    reach: np.ndarray
-    danger: np.ndarray
+    safe: np.ndarray  #: P(safe|tau) of every child, (B, K)
+    reach: np.ndarray  #: P(reach_o|tau) of every hazard by every child, (B, K, hazards)
+    danger: np.ndarray  #: expected danger of every hazard to every child, equation (2), (B, K, hazards)
+    #: what decides between the hazards: their dangers, put together over the children and divided by the greatest 1 -
+    #: P(safe) of any child, (B, hazards)
     urgency: np.ndarray
+    #: what the caregiver believes of the children and what follows from that, if it looks ahead
     outlook: Outlook | None = None
 
 
@@ -134,18 +119,12 @@ def bare_tables(candle_table: np.ndarray, tables: int) -> np.ndarray:
 
 @dataclasses.dataclass(frozen=True)
 class Outlook:
-    """What a caregiver believes of K children in each of B worlds, and what follows from it.
+    """What a caregiver believes of K children in each of B worlds, and what follows from it."""
 
-    Attributes:
-        chain: How the children are thought to move. Some of its goals are toy bins.
-        cell: The free cell of each, (B, K).
-        probability: Of every goal and epsilon of each, (B, K, G, E).
-        joint: The same of every cell, goal and epsilon, (B, K, cells, G, E), where some are not seen.
-    """
-
-    chain: ChildChain
-    cell: np.ndarray
-    probability: np.ndarray
+    chain: ChildChain  #: how the children are thought to move. Some of its goals are toy bins
+    cell: np.ndarray  #: the free cell of each, (B, K)
+    probability: np.ndarray  #: of every goal and epsilon of each, (B, K, G, E)
+    #: the same of every cell, goal and epsilon, (B, K, cells, G, E), where some are not seen
     joint: np.ndarray | None = None
 
     @property

@@ -23,19 +23,12 @@ _OWN = __name__.partition(".")[0]
 
 @dataclasses.dataclass(frozen=True)
 class Sight:
-    """What one child each of B families knows when it chooses its move.
+    """What one child each of B families knows when it chooses its move."""
 
-    Attributes:
-        cell: Index of its free cell, (B,).
-        goal: Index of the toy bin that it is to go to, (B,).
-        caregiver_cell: The caregiver's cell, (B,), or NOTHING where there is none.
-        bumped: Whether its last move left it where it was, (B,); not if it meant to stay there.
-    """
-
-    cell: np.ndarray
-    goal: np.ndarray
-    caregiver_cell: np.ndarray
-    bumped: np.ndarray
+    cell: np.ndarray  #: index of its free cell, (B,)
+    goal: np.ndarray  #: index of the toy bin that it is to go to, (B,)
+    caregiver_cell: np.ndarray  #: the caregiver's cell, (B,), or NOTHING where there is none
+    bumped: np.ndarray  #: whether its last move left it where it was, (B,); not if it meant to stay there
 
     def of(self, share: slice) -> Sight:
         """Return that of a part of the batch."""

@@ -41,15 +41,10 @@ NOVICE = "novice"
 
 @dataclasses.dataclass(frozen=True)
 class ChildSpec:
-    """Who a child is.
+    """Who a child is."""
 
-    Attributes:
-        epsilon: Share of its moves that are random.
-        behaviour: Name of what decides its moves, one of `CHILDREN`.
-    """
-
-    epsilon: float = 0.5
-    behaviour: str = NOVICE
+    epsilon: float = 0.5  #: share of its moves that are random
+    behaviour: str = NOVICE  #: name of what decides its moves, one of `CHILDREN`
 
     def check(self) -> None:
         """Raise CaregiverError unless there can be such a child, whose code is imported."""
@@ -82,12 +77,9 @@ Who: TypeAlias = "Family | ChildSpec | Behaviour | float | str"  # what may be s
 
 @dataclasses.dataclass(frozen=True)
 class Family:
-    """The children that are in a house together.
+    """The children that are in a house together."""
 
-    Attributes:
-        children: At least one. A ready-made behaviour may stand for a child, for one only and in one house only.
-    """
-
+    #: at least one. A ready-made behaviour may stand for a child, for one only and in one house only
     children: tuple[ChildSpec | Behaviour, ...] = (ChildSpec(),)
 
     @classmethod

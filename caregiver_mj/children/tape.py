@@ -35,17 +35,13 @@ class Tape:
 
     Because they do not depend on what happens, the same tape gives the same child alone and with any caregiver, in
     the grid and in the house.
-
-    Attributes:
-        start: For the start cells of child and caregiver, then the first bin: (3,).
-        steps: For every timestep, whether the move is random, which move it is, and which bin is next if one is
-            reached: (timesteps, 3).
-        caregiver_seed: Seed of this episode for a caregiver that draws lots.
     """
 
-    start: np.ndarray
+    start: np.ndarray  #: for the start cells of child and caregiver, then the first bin: (3,)
+    #: for every timestep, whether the move is random, which move it is, and which bin is next if one is reached:
+    #: (timesteps, 3)
     steps: np.ndarray
-    caregiver_seed: int = 0
+    caregiver_seed: int = 0  #: seed of this episode for a caregiver that draws lots
 
     @classmethod
     def draw(cls, random: Random, timesteps: int = EPISODE_TIMESTEPS) -> Tape:

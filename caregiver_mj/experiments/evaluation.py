@@ -27,20 +27,14 @@ if TYPE_CHECKING:
 
 @dataclasses.dataclass(frozen=True)
 class Evaluation:
-    """What came out.
+    """What came out."""
 
-    Attributes:
-        episodes: A row an episode.
-        summary: The table made of them.
-        maps: A row for each caregiver, family and free cell: over all their episodes, the timesteps that children
-            ended in the cell (`visits`), and the damage that they took there.
-        houses: A row for each house, caregiver and family (see `by_house`).
-    """
-
-    episodes: pd.DataFrame
-    summary: dict[str, Any]
+    episodes: pd.DataFrame  #: a row an episode
+    summary: dict[str, Any]  #: the table made of them
+    #: a row for each caregiver, family and free cell: over all their episodes, the timesteps that children ended in the
+    #: cell (`visits`), and the damage that they took there
     maps: pd.DataFrame
-    houses: pd.DataFrame
+    houses: pd.DataFrame  #: a row for each house, caregiver and family (see `by_house`)
 
 
 def evaluate(

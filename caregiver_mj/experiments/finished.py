@@ -43,23 +43,14 @@ _NOT_SETTINGS = ("epsilons", "extended_at", "file", "houses")  # follow from oth
 
 @dataclasses.dataclass(frozen=True)
 class Finished:
-    """A finished run.
+    """A finished run."""
 
-    Attributes:
-        path: Its folder.
-        record: What run.json says.
-        settings: What ran.
-        episodes: A row an episode.
-        maps: A row for each caregiver, family and free cell.
-        summary: What summary.json says.
-    """
-
-    path: pathlib.Path
-    record: dict[str, Any]
-    settings: Settings
-    episodes: pd.DataFrame
-    maps: pd.DataFrame
-    summary: dict[str, Any]
+    path: pathlib.Path  #: its folder
+    record: dict[str, Any]  #: what run.json says
+    settings: Settings  #: what ran
+    episodes: pd.DataFrame  #: a row an episode
+    maps: pd.DataFrame  #: a row for each caregiver, family and free cell
+    summary: dict[str, Any]  #: what summary.json says
 
     @property
     def seeds(self) -> list[tuple[int, int]]:

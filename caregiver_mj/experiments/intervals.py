@@ -36,17 +36,11 @@ _FLAT = 1e-12  # a square that is one of rounding errors, relative
 
 
 class Estimate(NamedTuple, Generic[Value]):
-    """An estimate and the ends of its interval; numbers for one sample, arrays (columns,) for several.
+    """An estimate and the ends of its interval; numbers for one sample, arrays (columns,) for several."""
 
-    Attributes:
-        value: The estimate, NaN where there is none.
-        low: Lower end, -inf (of a ratio: 0) where the sample bounds nothing; NaN where there is no estimate.
-        high: Upper end, inf where the sample bounds nothing.
-    """
-
-    value: Value
-    low: Value
-    high: Value
+    value: Value  #: the estimate, NaN where there is none
+    low: Value  #: lower end, -inf (of a ratio: 0) where the sample bounds nothing; NaN where there is no estimate
+    high: Value  #: upper end, inf where the sample bounds nothing
 
     def column(self, i: int) -> Estimate[float]:
         """Return the estimate of one of several."""

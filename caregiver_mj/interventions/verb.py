@@ -25,34 +25,22 @@ STAND_ASIDE, DO_NOTHING = "stand aside", "nothing"
 
 @dataclasses.dataclass(frozen=True)
 class Intervention:
-    """One intervention.
+    """One intervention."""
 
-    Attributes:
-        verb: Name of what to do, one of `VERBS`.
-        hazard: Number in the house's table of hazards of what it is about, or NOTHING.
-        destination: Where to, as the verb understands it, or NOTHING: for a candle the index of a table, for a look
-            that of one of `plans.visibility.lookouts`, to do nothing somewhere that
-            of a caregiver's cell.
-    """
-
-    verb: str = STAND_ASIDE
-    hazard: int = NOTHING
+    verb: str = STAND_ASIDE  #: name of what to do, one of `VERBS`
+    hazard: int = NOTHING  #: number in the house's table of hazards of what it is about, or NOTHING
+    #: where to, as the verb understands it, or NOTHING: for a candle the index of a table, for a look that of one of
+    #: `plans.visibility.lookouts`, to do nothing somewhere that of a caregiver's cell
     destination: int = NOTHING
 
 
 @dataclasses.dataclass(frozen=True)
 class Interventions(Sequence[Intervention]):
-    """An intervention for each of B worlds.
+    """An intervention for each of B worlds."""
 
-    Attributes:
-        verb: Names of the verbs, (B,).
-        hazard: Numbers of the hazards, (B,).
-        destination: Destinations, (B,).
-    """
-
-    verb: np.ndarray
-    hazard: np.ndarray
-    destination: np.ndarray
+    verb: np.ndarray  #: names of the verbs, (B,)
+    hazard: np.ndarray  #: numbers of the hazards, (B,)
+    destination: np.ndarray  #: destinations, (B,)
 
     @classmethod
     def of(cls, interventions: Sequence[Intervention]) -> Interventions:

@@ -193,17 +193,11 @@ class DamageWeights(Mapping[str, float]):
 
 @dataclasses.dataclass(frozen=True)
 class Hazard:
-    """One thing that can hurt a child.
+    """One thing that can hurt a child."""
 
-    Attributes:
-        kind: What it is.
-        index: Its number among those of its kind, from 0, in the floor plan's order.
-        damage: d_o of the paper: damage of one collision with it.
-    """
-
-    kind: HazardKind
-    index: int
-    damage: float
+    kind: HazardKind  #: what it is
+    index: int  #: its number among those of its kind, from 0, in the floor plan's order
+    damage: float  #: d_o of the paper: damage of one collision with it
 
     def __str__(self) -> str:
         """Its name in sentences, such as "stairwell 1"."""
@@ -226,14 +220,10 @@ class Hazards(Sequence[Hazard]):
 
     A number of a hazard is its place in this table. The methods take such numbers, or numbers among those in one place,
     as integers or as integer arrays of any shape, and leave NOTHING as it is.
-
-    Attributes:
-        kinds: What each of them is.
-        weights: Damage of a collision with each kind.
     """
 
-    kinds: tuple[HazardKind, ...]
-    weights: DamageWeights = DamageWeights()
+    kinds: tuple[HazardKind, ...]  #: what each of them is
+    weights: DamageWeights = DamageWeights()  #: damage of a collision with each kind
 
     def __len__(self) -> int:
         return len(self.kinds)

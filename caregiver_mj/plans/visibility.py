@@ -34,15 +34,10 @@ _MOST_LOOKOUTS = 12
 
 @dataclasses.dataclass(frozen=True)
 class Sight:
-    """What a caregiver has to see children with.
+    """What a caregiver has to see children with."""
 
-    Attributes:
-        name: `all`, `walls`, `camera` or `rooms`.
-        cameras: How many cameras hang on the ceiling.
-    """
-
-    name: str = "all"
-    cameras: int = 0
+    name: str = "all"  #: `all`, `walls`, `camera` or `rooms`
+    cameras: int = 0  #: how many cameras hang on the ceiling
 
     @classmethod
     def of(cls, text: str | Sight) -> Sight:

@@ -75,25 +75,16 @@ class PassedOver:
 
 @dataclasses.dataclass(frozen=True)
 class Means:
-    """What routines work with in one episode.
+    """What routines work with in one episode."""
 
-    Attributes:
-        plan: The house.
-        navigator: Plans the base's paths.
-        retrievals: Plans how to pick up what has fallen.
-        novice_timestep: Seconds of a novice timestep.
-        passed_over: Hazards that are left alone for a while.
-        destination: Where the caregiver wants a candle, by the percept and the candle's index: index of a table.
-        takes_orders: Whether the caregiver was told what to do, so that there is nothing to choose.
-    """
-
-    plan: FloorPlan
-    navigator: Navigator
-    retrievals: RetrievalPlanner
-    novice_timestep: float
-    passed_over: PassedOver
+    plan: FloorPlan  #: the house
+    navigator: Navigator  #: plans the base's paths
+    retrievals: RetrievalPlanner  #: plans how to pick up what has fallen
+    novice_timestep: float  #: seconds of a novice timestep
+    passed_over: PassedOver  #: hazards that are left alone for a while
+    #: where the caregiver wants a candle, by the percept and the candle's index: index of a table
     destination: Callable[[Percept, int], int]
-    takes_orders: bool
+    takes_orders: bool  #: whether the caregiver was told what to do, so that there is nothing to choose
 
 
 class Routine:

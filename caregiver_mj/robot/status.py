@@ -12,17 +12,12 @@ class Status:
 
     They are plain attributes and no enumeration, whose members Python 3.11 looks up so slowly that it showed in the
     closed loop.
-
-    Attributes:
-        name: That of the constant.
-        ended: Whether there is nothing left to do.
-        interruptible: Whether another skill may take over now.
-        failed: Whether it has ended without having achieved what it is for, although that is still to be done.
     """
 
-    name: str
-    ended: bool = True
-    interruptible: bool = True
+    name: str  #: that of the constant
+    ended: bool = True  #: whether there is nothing left to do
+    interruptible: bool = True  #: whether another skill may take over now
+    #: whether it has ended without having achieved what it is for, although that is still to be done
     failed: bool = False
 
     RUNNING: ClassVar[Status]  # and another skill may take over now
