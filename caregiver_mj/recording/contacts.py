@@ -13,8 +13,11 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import types
 from collections.abc import Iterable
 from typing import Protocol
+
+from caregiver_mj.recording.record import COLUMNS
 
 REGIONS = {"legs": 0.24, "trunk": 0.54, "head": math.inf}  # of a child of 0.80 m, by how high each reaches, metres
 STRIKE_SPEED = 0.05  # m/s of the robot where it touches a child, above which that is a strike
@@ -81,37 +84,13 @@ class Touched(Protocol):
     def height(self) -> float: ...
 
 
-@dataclasses.dataclass
-class Contacts:
-    """Counts of one episode in the house, named and explained as the columns "contact" of `EpisodeRecord`."""
+class Contacts(types.SimpleNamespace):
+    """Counts of one episode in the house: an attribute for each column "contact" of `EpisodeRecord`."""
 
-    strikes_surface: int = 0
-    contact_speed: float = 0.0
-    contact_seconds: float = 0.0
-    pressings: int = 0
-    contact_force: float = 0.0
-    contact_force_legs: float = 0.0
-    contact_force_trunk: float = 0.0
-    contact_force_head: float = 0.0
-    contact_impulse: float = 0.0
-    flame_distance: float = FAR
-    flame_seconds: float = 0.0
-    wax_distance: float = FAR
-    wax_seconds: float = 0.0
-    contacts_creeping: int = 0
-    contacts_slow: int = 0
-    contacts_fast: int = 0
-    contact_energy: float = 0.0
-    contact_energy_total: float = 0.0
-    pinches: int = 0
-    pinch_seconds: float = 0.0
-    contact_seconds_base: float = 0.0
-    contact_seconds_arm: float = 0.0
-    contact_seconds_legs: float = 0.0
-    contact_seconds_trunk: float = 0.0
-    contact_seconds_head: float = 0.0
-    contact_seconds_driven: float = 0.0
-    gate_strikes: int = 0
+    def __init__(self) -> None:
+        counted = (column for column in COLUMNS if column.role == "contact")
+        super().__init__(**{column.name: 0 if column.type == "int" else 0.0 for column in counted})
+        self.flame_distance = self.wax_distance = FAR
 
     def press(self, forces: dict[str, float], seconds: float) -> None:
         """Take in the forces on each region of one child, N, in a physics step."""
@@ -144,7 +123,7 @@ class Contacts:
 
     def outcome(self) -> dict[str, float]:
         """Return the columns of the record."""
-        return dataclasses.asdict(self)
+        return dict(vars(self))
 
 
 def region_at(height: float) -> str:
