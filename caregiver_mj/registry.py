@@ -82,13 +82,7 @@ class Registry(Mapping[str, Kind], Generic[Kind]):
                 warnings.warn(f"entry point {entry.value} is not used: {why}", stacklevel=3)
 
     def check(self, name: str, value: str, found: Any) -> None:
-        """Raise CaregiverError unless what was found can be used.
-
-        Args:
-            name: What was asked for.
-            value: Where it was found: the value of an entry point.
-            found: What is there.
-        """
+        """Raise CaregiverError unless what was found under a name, at the `value` of an entry point, can be used."""
         if not (isinstance(found, type) and any(_name(base) == self._base for base in found.__mro__)):
             raise CaregiverError(f"{self.what} '{name}' ({value}) must be a subclass of {self._base}, got {found!r}")
         _check_whole(f"{self.what} '{name}'", found)
@@ -152,13 +146,7 @@ def named_object(name: str) -> Any:
 
 
 def check_call(what: str, found: Any, *given: Any) -> None:
-    """Raise CaregiverError if somebody's class or function cannot be called with what it is to be given.
-
-    Args:
-        what: What it is, in the message.
-        found: The class or function.
-        given: What it is to be given.
-    """
+    """Raise CaregiverError, which says what it is, if a class or function cannot be called with what is given."""
     _check_whole(what, found)
     try:
         inspect.signature(found).bind(*given)
@@ -171,15 +159,10 @@ def check_call(what: str, found: Any, *given: Any) -> None:
 
 @contextlib.contextmanager
 def errors_of(what: str, where: str, but: type[Exception] = CaregiverError) -> Iterator[None]:
-    """Have whatever somebody's code raises within, save a CaregiverError, become one that says whose it is.
-
-    Args:
-        what: What is called, in the message.
-        where: What it is called for.
-        but: What else is passed on as it is.
+    """Turn exceptions of others' code, save `CaregiverError` and those in `but`, into one that says what failed where.
 
     Raises:
-        CaregiverError: It raises something; that is its cause.
+        CaregiverError: The code raises something; that is its cause.
     """
     try:
         yield

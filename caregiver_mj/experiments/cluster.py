@@ -40,12 +40,9 @@ class DaskExecutor(Executor):
     """
 
     def __init__(self, address: str, timeout: float = TIMEOUT, ahead: int = AHEAD):
-        """Connect.
+        """Connect to a scheduler's address, as `dask scheduler` prints it, such as `tcp://10.0.0.1:8786`.
 
-        Args:
-            address: Of the scheduler, as `dask scheduler` prints it, such as `tcp://10.0.0.1:8786`.
-            timeout: Seconds to wait for it, and for the first worker.
-            ahead: How many jobs it has at a time.
+        It waits for it, and for the first worker, for `timeout` seconds. The cluster has `ahead` jobs at a time.
 
         Raises:
             MissingExtraError: Dask is not installed.

@@ -50,15 +50,11 @@ class Expected(NamedTuple):
 def score(
     damage: float | np.ndarray, none: float | np.ndarray, floor: float | np.ndarray, robot_harm: float | np.ndarray = 0
 ) -> np.ndarray:
-    """Return the score of damage, a number or an array of the arguments' common shape.
+    """Return the score of damage by the damage that is expected without a caregiver, and with bare tables only.
 
-    It is NaN where alone the children come to no more than with bare tables only: nothing there can be prevented.
-
-    Args:
-        damage: Damage to the children, of an episode or a mean.
-        none: Expected damage without a caregiver.
-        floor: Expected damage of bare tables only.
-        robot_harm: What the robot does to the children, in units of damage; see `robot_harm`.
+    It is of an episode, or a mean. All are in units of damage, robot harm too, and numbers or arrays of a common shape.
+    The score is NaN where alone the children come to no more than with bare tables only: nothing there can be
+    prevented.
     """
     preventable = np.subtract(none, floor)
     prevented = np.subtract(none, damage) - robot_harm
@@ -107,9 +103,8 @@ class Scorer:
     def __call__(self, timestep: int, outcome: Mapping[str, Any]) -> np.ndarray:
         """Return the score of episodes up to a novice timestep, (B,).
 
-        Args:
-            timestep: How many novice timesteps have been; beyond 200 the expected damage grows at its mean rate.
-            outcome: What is measured in them, named as in `EpisodeRecord`; numbers of one episode, or arrays (B,).
+        Beyond 200 timesteps the expected damage grows at its mean rate. The outcome has the names of `EpisodeRecord`,
+        and numbers of one episode, or arrays (B,).
         """
         last, longer = min(timestep, EPISODE_TIMESTEPS), max(1.0, timestep / EPISODE_TIMESTEPS)
         none, floor = (curve[last] * longer for curve in self.expected)

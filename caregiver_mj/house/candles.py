@@ -67,13 +67,7 @@ class Candles:
 
 
 def watch_candle(physics: Physics, seconds: float, tally: Contacts) -> None:
-    """Take in where a candle in the hand is, if there is one.
-
-    Args:
-        physics: The simulation.
-        seconds: Of a control timestep.
-        tally: What is counted.
-    """
+    """Count where a candle in the hand is, if there is one, for a control timestep of some seconds."""
     if not physics.is_gripping():
         return
     pinch, children = physics.pinch_position(), physics.toddler_positions()

@@ -90,13 +90,9 @@ class HouseChild:
     def begin(
         self, timestep: int, random: np.random.RandomState, caregiver_cell: int, taken: Collection[int] = ()
     ) -> None:
-        """Choose a move and set out for it.
+        """Choose a move in a novice timestep of that number, and set out for it, unless it leads to a taken free cell.
 
-        Args:
-            timestep: Number of the novice timestep.
-            random: Source of draws once the tape is over.
-            caregiver_cell: Where the caregiver is, or NOTHING.
-            taken: Free cells in which other children are, or will be. The child does not set out for one of these.
+        The caregiver's cell may be NOTHING. Randomness is drawn from `random` once the tape is over.
         """
         draws = self._draws[timestep][None] if timestep < len(self._draws) else random.random_sample((1, 3))
         self.goal = int(self.behaviour.reconsider(np.array([self.goal]), draws[:, 2])[0])
@@ -130,15 +126,9 @@ class HouseChild:
         self.move.entered = abs(robot[0] - self._entry[0]) < half and abs(robot[1] - self._entry[1]) < half
 
     def take_in(self, touches: list[Touch], on_table: Callable[[int], np.ndarray], time: float) -> int:
-        """Take in all its contacts of a control timestep.
+        """Take in all contacts of a control timestep that ends at a time, in seconds; return how many are strikes.
 
-        Args:
-            touches: The contacts.
-            on_table: Tells which candles are on a table, (candles,).
-            time: Seconds since the start.
-
-        Returns:
-            How many times the robot has struck it.
+        `on_table` tells which candles are on a table, (candles,).
         """
         self.touched = [touch.direction for touch in touches if touch.kind not in _ON_TABLES]
         strikes = 0
@@ -263,13 +253,9 @@ class CompliantBody:
         self._feet, self._pace = walk.position, (0.0, 0.0)
 
     def follow(self, walk: ToddlerWalk, physics: Physics, number: int, seconds: float) -> None:
-        """Have the body follow the walk for one control timestep.
+        """Have the body of a child of a number follow the walk for one control timestep, in seconds.
 
-        Args:
-            walk: Where its feet are now, after the walk's step. If it is pushed too far, they step after it.
-            physics: The simulation.
-            number: Which child it is.
-            seconds: Of the control timestep.
+        Where it is pushed too far, its feet, which the walk has moved, step after it.
         """
         (x, y, _), (vx, vy, _) = physics.toddler_position(number), physics.toddler_velocities()[number]
         lean = _none(float(x) - self._feet[0]), _none(float(y) - self._feet[1])

@@ -89,12 +89,7 @@ class Children(Sequence[HouseChild]):
                 physics.set_toddler(child.walk, number)
 
     def take_in(self, physics: Physics, candles: Candles, contacts: Contacts) -> int:
-        """Have them take in what they touched in the last control timestep.
-
-        Args:
-            physics: The simulation.
-            candles: The candles in it.
-            contacts: Where the robot's contacts with them are counted.
+        """Have them take in what they touched in the last control timestep, and count the robot's contacts with them.
 
         Returns:
             How often the robot struck one.
@@ -137,13 +132,9 @@ class ContactWatch:
         self._lasted = self._fastest = self._energy = 0.0
 
     def take_in(self, touches: Sequence[Touch], seconds: float, tally: Contacts, shut: Collection[int] = ()) -> None:
-        """Take in the child's contacts of a control timestep.
+        """Count the child's contacts of a control timestep, in their order.
 
-        Args:
-            touches: All of them, in the order in which they came.
-            seconds: Of a physics step.
-            tally: What is counted.
-            shut: Numbers of the gates that are closed.
+        `seconds` are those of a physics step, `shut` the numbers of the closed gates.
         """
         if not any(touch.part or touch.kind == "robot" for touch in touches):
             return

@@ -195,9 +195,7 @@ _BY_WISH_ONLY = {"glfw": _glfw_context, "glx": _glfw_context}
 def make_context(max_width: int, max_height: int) -> base.ContextBase:
     """Make an OpenGL context with the first backend that works; stands in for `dm_control._render.Renderer`.
 
-    Args:
-        max_width: Width of the offscreen buffer in pixels.
-        max_height: Its height.
+    Its offscreen buffer has a width and a height in pixels.
 
     Raises:
         RenderingError: No backend works, or not the one that `MUJOCO_GL` names.
@@ -236,12 +234,7 @@ class OffscreenRendering:
     _free_rendering_contexts: Callable[[], None]
 
     def fit_pictures(self, width: int, height: int) -> None:
-        """Have pictures of this size fit, as those do that fit already, and the model's `vis` take effect.
-
-        Args:
-            width: Width of a picture, pixels.
-            height: Its height.
-        """
+        """Have pictures of a size in pixels fit, as those do that fit already, and the model's `vis` take effect."""
         size = self.model.vis.global_
         size.offwidth, size.offheight = max(size.offwidth, width), max(size.offheight, height)
         if self._contexts:  # somebody has rendered before, such as a policy

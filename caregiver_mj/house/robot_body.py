@@ -59,11 +59,9 @@ class RobotBody:
         return specs.BoundedArray((layout.size,), float, low, high, name="\t".join(names))
 
     def set_action(self, action: np.ndarray, steps: int = 1) -> None:
-        """Set what the actuators shall do; both fingers get the gripper's value.
+        """Set the actuators' targets by an action laid out as the robot's; both fingers get the gripper's value.
 
-        Args:
-            action: Laid out as the robot's.
-            steps: Physics steps in which they get there, see `TargetRamp`.
+        They are reached in some physics steps, see `TargetRamp`.
         """
         action.take(self._source, out=self._targets, mode="clip")  # without a mode it would take a copy first
         # The simulation would clamp them as well, but only after the way to them.

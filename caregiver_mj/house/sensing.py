@@ -159,11 +159,9 @@ class Sensor:
         self._situation: tuple[np.ndarray, bool] | None = None
 
     def sense(self, step: int, exact: Observation) -> dict[str, np.ndarray]:
-        """Return what is perceived at a control timestep, counted from 0; however often it is asked for.
+        """Return what is perceived at a control timestep, counted from 0, of what there is, by the observation's keys.
 
-        Args:
-            step: Which.
-            exact: What there is, by the observation's keys.
+        It is the same however often it is asked for.
         """
         if self._step is None:
             return dict(exact)

@@ -145,11 +145,7 @@ class SelfEstimate:
         self._history: collections.deque[Posture] = collections.deque(maxlen=delay_steps + 1)
 
     def update(self, base: np.ndarray, arm: np.ndarray) -> tuple[Posture, Posture]:
-        """Take in what has been measured.
-
-        Args:
-            base: Pose (3,) of the base, as late as observations are.
-            arm: Joint positions (joints,), likewise.
+        """Take in the base's pose (3,) and the joint positions (joints,), measured as late as observations are.
 
         Returns:
             The posture in which the robot was when that was measured, and that in which it is now.
@@ -214,17 +210,10 @@ class CandleEstimates:
     def update(
         self, positions: np.ndarray, orientations: np.ndarray, fingers: float, then: Posture, now: Posture
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Take in what has been seen.
+        """Return positions (candles, 3) and orientations, quaternions (candles, 4), of now, from those that were seen.
 
-        Args:
-            positions: Of each candle's foot, (candles, 3).
-            orientations: Likewise, quaternions (candles, 4).
-            fingers: How far the fingers stand off the middle, both together.
-            then: The robot's posture when all that was seen.
-            now: Its posture now.
-
-        Returns:
-            Positions and orientations of now.
+        The fingers stand off the middle by so many metres, both together; the robot's posture was `then` when all that
+        was seen, and is `now`.
         """
         if self._told is None:
             told = self._told = positions.copy()

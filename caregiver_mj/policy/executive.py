@@ -77,11 +77,7 @@ class Executive:
     def act(self, view: View, robot: RobotMotion, new_move: bool, all_known: bool) -> None:
         """Act for one control timestep.
 
-        Args:
-            view: What the robot sees.
-            robot: The robot's references.
-            new_move: Whether it has just become clear what a child is about to do.
-            all_known: Whether that is now clear of all of them.
+        `new_move` says whether the present move of a child has just become clear, `all_known` whether those of all are.
         """
         if new_move and self.routine:
             self.routine.skill.driver.replan()

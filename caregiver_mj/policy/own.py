@@ -44,13 +44,10 @@ class OwnPolicy:
     target = NOTHING
 
     def __init__(self, name: str, make: Callable[[Any], Any], env: control.Environment):
-        """Make the policy.
+        """Make the policy of a name for an environment of this package with the robot in it.
 
-        Args:
-            name: What it goes by.
-            make: Called with the environment; answers with the policy, which is called with a time step and answers
-                with an action. If the policy has a `reset`, that is called with a seed at the start of every episode.
-            env: An environment of this package, with the robot in it.
+        `make` is called with the environment. It returns a function from a time step to an action; if that has a
+        `reset`, it is called with a seed at the start of every episode.
 
         Raises:
             CaregiverError: There is no robot, or what is made is no policy.

@@ -32,13 +32,7 @@ _AHEAD, _ASIDE = 5, 3  # cells between robot and child, along its way and across
 
 
 def robot_pace(navigator: Navigator, novice_timestep: float, control_timestep: float) -> Pace:
-    """Return the pace of a robot in a house.
-
-    Args:
-        navigator: Of the house and the robot.
-        novice_timestep: Seconds of a novice timestep.
-        control_timestep: Seconds of one of the robot's.
-    """
+    """Return the pace of a navigator's robot in its house; novice and control timestep are in seconds."""
     base = navigator.robot.limits.base
     lost = base.velocity / base.acceleration + base.acceleration / base.jerk  # from rest to rest
     cells, seconds = 0, 0.0

@@ -262,11 +262,8 @@ class Perception:
     def percept(self, view: View, holding: int, out_of_reach: np.ndarray, under_way: int = NOTHING) -> Percept:
         """Return the world as the caregiver knows it.
 
-        Args:
-            view: What the robot sees.
-            holding: Index of the candle in its hand, or NOTHING.
-            out_of_reach: Whether each hazard is to be passed over, (hazards,).
-            under_way: Number of the hazard that the robot is about, or NOTHING.
+        The robot holds a candle of an index, or NOTHING, and is about a hazard of a number, or NOTHING. Hazards that
+        are out of reach, (hazards,), are to be left alone.
         """
         tables, candle_cells = self._candle_places(view, holding)
         # Until the moves that are not made out yet, in novice timesteps: now, if they have just begun.

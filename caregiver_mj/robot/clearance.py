@@ -38,13 +38,9 @@ class Clearance:
     def line(self, a: Vector, b: Vector, hand: Vector | None = None) -> tuple[np.ndarray, np.ndarray] | None:
         """Return points, x and y, along a straight line on which the base has room; None if it has not.
 
-        A base that stands too close to something already may leave it, or come to stand there, but no more than that.
-
-        Args:
-            a: Where it begins, metres.
-            b: Where it ends.
-            hand: Where the tucked hand is from the base's middle, in the house; None if it does not matter. As long as
-                the base cannot turn it leads there, and must not meet a wall.
+        It leads from a to b, in metres. A base that stands too close to something already may leave it, or come to
+        stand there, but no more than that. `hand` is where the tucked hand is from the base's middle, in the house, or
+        None if it does not matter. While the base cannot turn the hand leads there, and must not meet a wall.
         """
         if self._meets_wall(a, b):
             return None

@@ -59,12 +59,8 @@ def hand_rotation(heading: float, pitch: float) -> np.ndarray:
 def upright_grip(axis: np.ndarray, pitch: float) -> np.ndarray:
     """Return the rotation (3, 3) of the hand for a grip in which a candle stands upright once the arm is tucked.
 
-    Where the candle is tilted from upright, the hand is tilted alike from its usual pitch; it comes from above one
-    that lies.
-
-    Args:
-        axis: Unit vector from the candle's foot to its top in the base's frame, (3,).
-        pitch: The hand's usual pitch, radians.
+    The candle's axis is a unit vector (3,) from its foot to its top in the base's frame. Where it is tilted from
+    upright, the hand is tilted alike from its usual pitch, in radians; it comes from above one that lies.
     """
     if axis[2] > UPRIGHT:
         return hand_rotation(0.0, pitch)

@@ -76,15 +76,10 @@ class Arm:
         return self
 
     def solve(self, x: float, z: float, guess: np.ndarray | None = None) -> np.ndarray:
-        """Solve the inverse kinematics of the hand in the base's middle plane, as for a candle that stands.
+        """Return joint positions (joints,), radians, with the hand in the base's middle plane, as at a standing candle.
 
-        Args:
-            x: Distance of the pinch point before the base's centre in metres.
-            z: Its height above the floor in metres.
-            guess: Joint positions (joints,) to start from, in radians; near the tucked arm's if None.
-
-        Returns:
-            Joint positions (joints,) in radians.
+        The pinch point is x metres before the base's centre and z above the floor. The search begins at a guess
+        (joints,), near the tucked arm's if None.
 
         Raises:
             CaregiverError: The arm cannot reach that point.
@@ -93,15 +88,9 @@ class Arm:
         return self.solve_pose(np.array([x, 0.0, z]), hand_rotation(0.0, self.embodiment.postures.hand_pitch), guess)
 
     def solve_pose(self, position: np.ndarray, rotation: np.ndarray, guess: np.ndarray) -> np.ndarray:
-        """Solve the inverse kinematics of any pose of the hand.
+        """Return joint positions (joints,), radians, for any pose of the hand, searched from a guess (joints,).
 
-        Args:
-            position: Of the pinch point, (3,), metres.
-            rotation: Of the hand, (3, 3), see `hand_rotation`.
-            guess: Joint positions (joints,) to start from, in radians.
-
-        Returns:
-            Joint positions (joints,) in radians.
+        The position is that of the pinch point, (3,), metres; the rotation is (3, 3), see `hand_rotation`.
 
         Raises:
             CaregiverError: The arm cannot reach that pose, or not from that guess.
@@ -151,11 +140,9 @@ class Arm:
         return joints
 
     def clears_itself(self, joints: np.ndarray, tray: bool = False) -> bool:
-        """Return whether the robot's parts, save neighbours, keep clear of each other.
+        """Return whether the robot's parts, save neighbours, keep clear of each other at joint positions, radians.
 
-        Args:
-            joints: Joint positions (joints,), radians.
-            tray: Whether its tray is one of them.
+        Its tray is one of them if that is asked for.
         """
         model, data, apart = self._own_shapes[tray]
         with self._lock:

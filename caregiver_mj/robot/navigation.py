@@ -33,12 +33,7 @@ class Routes:
     """
 
     def __init__(self, plan: FloorPlan, landings: bool = True):
-        """Prepare routes.
-
-        Args:
-            plan: The house's floor plan.
-            landings: Whether the base may stand on the landings of stairwells, too.
-        """
+        """Prepare routes in a house; the base may stand on the landings of stairwells, too, unless told otherwise."""
         self.plan = plan
         cells = plan.caregiver_cells if landings else plan.free_cells
         self.centres: dict[Cell, Vector] = {cell: tuple(plan.position(cell).tolist()) for cell in cells}
@@ -71,15 +66,8 @@ class Routes:
     ) -> Cell | None:
         """Return the nearest cell, not through closed ones, of those where the robot is least in the children's way.
 
-        Args:
-            start: Where the robot is.
-            children: Where each child is.
-            closed: Cells not to be entered.
-            in_vain: Cells in which it has been for nothing; others come first. Where these are several it is followed,
-                and dead ends come last.
-
-        Returns:
-            The cell, or None if no child is in a cell in which children can be.
+        Cells in which it has been in vain come last. Where these are several the robot is followed, and dead ends come
+        last. It is None if no child is in a cell in which children can be.
         """
         known = [self.plan.cell_index[child] for child in children if child in self.plan.free_cells]
         if not known:
@@ -118,14 +106,10 @@ class Navigator(Routes):
         is_loaded: bool = False,
         clearance: Clearance | None = None,
     ):
-        """Prepare a navigator.
+        """Prepare a navigator of a robot in a house.
 
-        Args:
-            plan: The house's floor plan.
-            robot: The robot.
-            yields: Whether it makes room where children leave it no way.
-            is_loaded: Whether there is a candle in the robot's hand, see `loaded`.
-            clearance: Of the house and the robot; worked out if not given.
+        It makes room where children leave it no way if it `yields`; for `is_loaded` see `loaded`. Its clearance is
+        worked out if not given.
         """
         super().__init__(plan, landings=not is_loaded)
         self.robot, self.yields, self.is_loaded = robot, yields, is_loaded
@@ -151,18 +135,10 @@ class Navigator(Routes):
         closed: Collection[Cell] = (),
         hand: Vector | None = None,
     ) -> list[Vector] | None:
-        """Plan a polyline.
+        """Return points of a polyline for the base from start to goal, metres, or None if there is no way.
 
-        Args:
-            start: Present position of the base, metres.
-            goal: Where it shall go, metres.
-            goal_cell: The cell in which (or at whose border) the goal lies.
-            children: Where children are that are to be given a wide berth.
-            closed: Cells not to be entered.
-            hand: Where the tucked hand is that must have room where the base cannot turn, see `Clearance.line`.
-
-        Returns:
-            Points from start to goal, or None if there is no way.
+        The goal lies in a cell or at its border. Closed cells are not entered, children are given a wide berth. For the
+        tucked hand, which must have room where the base cannot turn, see `Clearance.line`.
         """
         path = self._path(start, goal, goal_cell, children, closed, hand)
         if path is None or self.brushes(path, children):
@@ -217,14 +193,9 @@ class Navigator(Routes):
         shut: np.ndarray | None = None,
         hand: Vector | None = None,
     ) -> bool:
-        """Return whether the base can go straight from one point to another.
+        """Return whether the base can go straight from a to b, metres, giving children a wide berth.
 
-        Args:
-            a: A point, metres.
-            b: Another one.
-            children: Where children are that are to be given a wide berth.
-            shut: Codes of cells that must not be crossed.
-            hand: As of `Clearance.line`.
+        It does not cross cells whose codes are in `shut`; for the hand see `Clearance.line`.
         """
         line = self.clearance.line(a, b, hand)
         if line is None:
@@ -260,14 +231,9 @@ class Navigator(Routes):
     ) -> list[Vector]:
         """Return where a base beside a child can go straight away from it: one place in each cell round about.
 
-        Args:
-            start: Where the base is, metres. Routes over cells are no help where it shares a cell with a child.
-            children: Where the children are.
-            closed: Cells not to be entered.
-            hand: As of `Clearance.line`.
-
-        Returns:
-            Places, the farthest from all children first; none if no child is that close.
+        Routes over cells are no help where it shares a cell with a child. Closed cells are not entered; for the hand
+        see `Clearance.line`. The places farthest from all children come first; there are none if no child is that
+        close.
         """
 
         def distance(place: Vector) -> float:

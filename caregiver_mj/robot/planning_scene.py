@@ -61,15 +61,12 @@ class PlanningScene:
     def is_free(
         self, base: Sequence[float], arm: Iterable[np.ndarray], candles: np.ndarray, between: int, held: bool = False
     ) -> bool:
-        """Return whether the robot touches nothing.
+        """Return whether the robot touches nothing, its base at (x, y, yaw) and its arm at one posture after the other.
 
-        Args:
-            base: Pose (x, y, yaw) of its base, metres and radians.
-            arm: Joint positions (joints,) one after the other, radians; the hand is open.
-            candles: Pose of each candle, (candles, 7), metres and quaternions.
-            between: Index of the candle that may be between the fingers, or NOTHING.
-            held: Whether the hand has got that candle, at the first of the arm's poses, and takes it along. It must
-                then touch nothing either, once it has been lifted.
+        Postures are joint positions (joints,), in radians. The hand is open. The candles have poses (candles, 7),
+        metres and quaternions. That of the index `between`, or NOTHING, may be between the fingers. If it is held, the
+        hand has got it at the first of the arm's poses and takes it along; it must then touch nothing either, once it
+        has been lifted.
         """
         qpos = self._data.qpos
         carried: tuple[np.ndarray, np.ndarray] | None = None  # the candle in the hand's frame

@@ -83,13 +83,9 @@ def reach_path(arm: Arm, height_in_tenths_of_mm: int) -> ReachPath:
 
 @functools.cache
 def as_high(arm: Arm, usual: int, other: int, share: float) -> float:
-    """Return how far out on the way to another height the hand is as high over its goal as on the way to the usual one.
+    """Return how far out the hand is as high over another goal as it is over the usual one, where that is a share.
 
-    Args:
-        arm: The arm.
-        usual: A goal's height, in mm.
-        other: Another goal's, in mm.
-        share: How far out the hand is on the way to the usual one.
+    The heights of both goals are in mm.
     """
     above = arm.pinch(reach_path(arm, 10 * usual).joints(share))[2] - 1e-3 * usual
     path = reach_path(arm, 10 * other)
@@ -98,17 +94,12 @@ def as_high(arm: Arm, usual: int, other: int, share: float) -> float:
 
 
 def retrieval_paths(arm: Arm, point: np.ndarray, rotation: np.ndarray, lift: float = 0.0) -> Iterator[ReachPath | None]:
-    """Return ways to something that lies about: to a pose over it, then straight down to it.
+    """Yield ways to something that lies about: to a pose over it, then straight down to it.
 
-    Args:
-        arm: The arm.
-        point: Where to grip it, in the base's frame, (3,), metres.
-        rotation: Of the hand there, (3, 3), see `hand_rotation`.
-        lift: Metres above the first pose of one more, by way of which the hand comes and goes; 0 for none.
-
-    Yields:
-        What comes of each guess at the arm's joints, which takes long: a way, or None if the arm cannot reach there
-        from it, would come near the robot itself, or would have to creep. Nothing if it is too far away.
+    It is gripped at a point (3,), metres, in the base's frame, with a rotation of the hand (3, 3), see `hand_rotation`.
+    The hand comes and goes by way of a pose that many metres higher, if the lift is not 0. Each guess at the arm's
+    joints, which takes long, yields a way, or None if the arm cannot reach there from it, would come near the robot
+    itself, or would have to creep. Nothing is yielded if it is too far away.
     """
     above = np.array([*point[:2], point[2] + _HOVER])
     for guess in guesses(arm, rotation) if arm.may_reach(point, rotation) else ():
@@ -129,17 +120,11 @@ def retrieval_paths(arm: Arm, point: np.ndarray, rotation: np.ndarray, lift: flo
 
 @functools.cache
 def pick_up_path(arm: Arm, ahead: float, heading: float) -> ReachPath | None:
-    """Return the way down to something small, on the floor, until the fingers touch that.
+    """Return the quickest way down to something small, on the floor, until the fingers touch that.
 
-    Its poses are in mid air (1), and where the fingertips would be in the floor (2).
-
-    Args:
-        arm: The arm.
-        ahead: How far before the base's middle it lies, metres.
-        heading: Of the hand, radians: the fingers open sideways of that.
-
-    Returns:
-        The quickest way; None if there is none on which the robot keeps clear of itself and its tray.
+    Its poses are in mid air (1), and where the fingertips would be in the floor (2). It lies so many metres ahead of
+    the base's middle; the fingers open sideways of the heading, in radians. None if the robot keeps clear of itself and
+    its tray on no way.
     """
     hand = np.array([ahead, 0.0, arm.embodiment.fingertip - _BEYOND]), hand_rotation(heading, math.pi / 2)
     return max(_ways(arm, tray_path(arm).joints(UP), *hand), key=_speed, default=None) if arm.may_reach(*hand) else None
@@ -159,11 +144,8 @@ def share_at(arm: Arm, path: ReachPath, height: float) -> float:
 def tray_path(arm: Arm, spot: float = 0.0) -> ReachPath:
     """Return the way by the same pose in mid air (1) to where the hand lets go over the tray (2).
 
-    It is one on which the hand turns little: what fingertips hold slips when it does.
-
-    Args:
-        arm: The arm.
-        spot: Where along the tray that is, one of `TRAY_SPOTS`.
+    That is at one of `TRAY_SPOTS`. The way is one on which the hand turns little: what fingertips hold slips when it
+    does.
 
     Raises:
         CaregiverError: The robot has no tray, or its arm cannot get there.

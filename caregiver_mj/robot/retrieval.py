@@ -120,13 +120,7 @@ class RetrievalPlanner:
         return None
 
     def to_lay_down(self, view: View, candle: int, pitch: float) -> Work[Stance | None]:
-        """Search for the nearest stance to lay the candle in the hand on open floor, away from children.
-
-        Args:
-            view: What is seen.
-            candle: Index of the candle.
-            pitch: Of the hand when it does that, radians.
-        """
+        """Search for the nearest stance to lay a candle on open floor, away from children, the hand at a pitch, rad."""
         path = yield from self._path_down(pitch, self._things[candle])
         if path is None:
             return None

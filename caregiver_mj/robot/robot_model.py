@@ -126,9 +126,7 @@ class RobotModel:
     def lag(self, joint: str, arm: np.ndarray) -> float:
         """Return by how much the velocity servo of a joint follows later: mass (or inertia) over gain, seconds.
 
-        Args:
-            joint: Name of the joint.
-            arm: Joint positions of the arm, which make a difference to the inertia.
+        The inertia depends on the joint positions of the arm.
         """
         model = self._model
         data = mujoco.MjData(model)

@@ -62,13 +62,7 @@ class ScalarMotion:
         self._solve(now, state, ControlInterface.Position)
 
     def run_at(self, velocity: float, now: float, at_once: bool = False) -> None:
-        """Set a velocity to keep up from then on.
-
-        Args:
-            velocity: The velocity.
-            now: The present time.
-            at_once: Starts with that velocity instead of speeding up to it.
-        """
+        """Keep up a velocity from now on, after speeding up to it, or at once."""
         position, present, acceleration = self.at(now)
         state = (position, velocity, 0.0) if at_once else (position, present, acceleration)
         self.target = velocity

@@ -115,15 +115,9 @@ class AtTable(Skill):
         """The first stage: drives up, and brings the hand out."""
 
     def _stand_at_table(self, view: View, spot: Vector, hand: Vector) -> tuple[Vector, Cell, float]:
-        """Where to stand so that the hand reaches a spot over the table.
+        """Return where to stand, position, cell and heading, so that the hand reaches a spot over the table.
 
-        Args:
-            view: What is seen.
-            spot: Where the candle is, or shall be.
-            hand: Where the candle is relative to the pinch point, in the base's frame.
-
-        Returns:
-            Position and cell to stand in, and the heading.
+        A candle is, or shall be, at the spot; `hand` is where it is relative to the pinch point, in the base's frame.
         """
         is_barred = self.stand and self.driver.looks_again(view.now) and self._is_barred(view, self.stand)
         if self.stand is None or is_barred or not self._may_stand(view, self.stand):

@@ -38,17 +38,10 @@ class Reaching(Skill):
     def _reach(
         self, view: View, robot: RobotMotion, pose: float, speed: float = math.inf, comes_back: bool = False
     ) -> bool:
-        """Move the hand on, unless a child is near it.
+        """Move the hand on to a pose on its path, unless a child is near it; return whether it is there.
 
-        Args:
-            view: What is seen.
-            robot: What moves.
-            pose: Where to, on the hand's path.
-            speed: At most, on that path.
-            comes_back: Whether it comes back, although the pose is farther on that path.
-
-        Returns:
-            Whether it is there.
+        It is no faster than a speed on that path. `comes_back` says that it comes back, although the pose is farther on
+        it.
         """
         comes_back, creeps = comes_back or pose < robot.reached, view.now > self._since + TIME_OUT
         if comes_back:
