@@ -97,9 +97,8 @@ class Contacts(types.SimpleNamespace):
         force = sum(forces.values())
         self.contact_seconds += seconds
         self.contact_impulse += force * seconds
-        self.contact_force = max(self.contact_force, force)
-        for region, part in forces.items():
-            column = f"contact_force_{region}"
+        greatest = {"contact_force": force} | {f"contact_force_{region}": part for region, part in forces.items()}
+        for column, part in greatest.items():
             setattr(self, column, max(getattr(self, column), part))
 
     def touch(self, touches: Iterable[Touched], seconds: float) -> None:
