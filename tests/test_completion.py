@@ -39,7 +39,7 @@ def bash(tmp_path_factory):
     [
         (["ev"], {"evaluate"}),
         (["re"], {"render", "report", "record"}),
-        (["evaluate", "--caregiver", "none", "cl"], {"clairvoyant"}),
+        (["evaluate", "--caregiver", "none", "kn"], {"knows-goal"}),
         (["evaluate", "--houses", "te"], {"test-100", "tenement", "terrace"}),
         (["render", "--child", "ad"], {"adversary"}),
         (["house", "export", "--robot", "mobile_f"], {"mobile_fr3"}),

@@ -15,7 +15,6 @@ from caregiver_mj.caregivers.baselines import (
     WandererCaregiver,
 )
 from caregiver_mj.caregivers.caregiver import Caregiver
-from caregiver_mj.caregivers.foresight.clairvoyant import ClairvoyantCaregiver
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver, KnowsGoalCaregiver
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.learned import LearnedCaregiver
@@ -46,7 +45,6 @@ CAREGIVERS: Registry[type[Caregiver] | None] = Registry(
         "foresight": ForesightCaregiver,
         "learned": LearnedCaregiver,
         "knows-goal": KnowsGoalCaregiver,
-        "clairvoyant": ClairvoyantCaregiver,
     },
 )
 

@@ -6,6 +6,7 @@ A run that was broken off goes on where it stopped; one that is finished is not 
 from __future__ import annotations
 
 import argparse
+import os
 import pathlib
 import re
 import shlex
@@ -33,6 +34,7 @@ def _houses(first: int) -> list[str]:
     return houses
 
 
+BOUNDS = pathlib.Path(__file__).with_name("bounds")  # where `clairvoyant` is; workers of a cluster must find it, too
 _CLAIMED = ("none", "nearest", "expected-danger", "foresight")  # of whom README's first claim is
 _BEGIN, _END = "<!-- main results -->\n", "<!-- end of main results -->"
 _ALL = "none random wanderer nearest guard stairs candles childproof expected-danger foresight knows-goal floor"
@@ -70,7 +72,9 @@ def call(arguments: Sequence[str]) -> None:
         CaregiverError: It failed.
     """
     print("caregiver-mj", shlex.join(arguments), file=sys.stderr)
-    if subprocess.run([sys.executable, "-m", "caregiver_mj", *arguments], check=False).returncode:
+    path = os.pathsep.join(filter(None, (str(BOUNDS), os.environ.get("PYTHONPATH"))))
+    program = [sys.executable, "-m", "caregiver_mj", *arguments]
+    if subprocess.run(program, env=os.environ | {"PYTHONPATH": path}, check=False).returncode:
         raise CaregiverError(f"caregiver-mj {shlex.join(arguments)} failed")
 
 

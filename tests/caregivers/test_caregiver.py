@@ -21,7 +21,7 @@ from caregiver_mj.plans.hazards import NOTHING
 from studies.ablations import Alike, Max
 
 NORTH, EAST, SOUTH, WEST = range(4)
-BY_NAME = tuple(name for name in CAREGIVERS if name not in ("none", "clairvoyant"))  # the latter must be told
+BY_NAME = tuple(name for name in CAREGIVERS if name != "none")
 
 # A corridor of cells 0 to 4, the landing is cell 5. Tables: 0 bare, 1 with the candle, 2 bare. From cell i
 # the novice is i + 1 moves from the stairwell and from table 0, |i - 2| + 1 from table 1 and 5 - i from table 2.

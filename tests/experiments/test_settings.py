@@ -21,7 +21,7 @@ PAPER = FloorPlan.load("paper")
 @pytest.mark.parametrize(
     ("wrong", "words"),
     [
-        ({"caregivers": ("nanny",)}, "no caregiver 'nanny': there are none, .*, clairvoyant, floor, and yours"),
+        ({"caregivers": ("nanny",)}, "no caregiver 'nanny': there are none, .*, knows-goal, floor, and yours"),
         ({"caregivers": ()}, "caregivers must be at least 1"),
         ({"families": (0.5, 0.5)}, "all different"),
         ({"families": ("1,.5", "1.0,0.50")}, "all different"),

@@ -12,6 +12,7 @@ from caregiver_mj.children.tape import Tape
 from caregiver_mj.grid.world import FloorWorld, GridWorld, run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
+from studies.bounds.clairvoyant import ClairvoyantCaregiver
 
 NORTH, EAST, SOUTH, WEST = range(4)
 
@@ -126,7 +127,7 @@ SMALL = FloorPlan.parse("########\n#B..S..#\n#......#\n#.C..T.#\n#...B..#\n#####
 def caregiver_of(name):
     # Layouts of the apartment are too many to know for each what would have been best, and a child that comes after
     # the caregiver has that worked out again with every action.
-    return make_caregiver(name, SMALL if name == "clairvoyant" else FloorPlan.load("apartment"))
+    return ClairvoyantCaregiver(SMALL) if name == "clairvoyant" else make_caregiver(name, FloorPlan.load("apartment"))
 
 
 # Every caregiver with the novice, and every child with the rule.

@@ -56,7 +56,7 @@ try:
 except caregiver_mj.CaregiverError as error:
     found["refused"] = str(error)
 seen = {{}}
-for name in ("none", "paper", "foresight", "wanderer", "clairvoyant"):
+for name in ("none", "paper", "foresight", "wanderer"):
     caregiver = None if name == "none" else make_caregiver(name, plan, 0)
     world = GridWorld(plan, "1", caregiver)
     world.run([Tape.draw_family(np.random.RandomState(seed), 1) for seed in range(20)])

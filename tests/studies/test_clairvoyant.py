@@ -1,10 +1,13 @@
 """The caregiver that knows what will come: what it is told, what it reckons with, and what it does about it."""
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
 from caregiver_mj.caregivers.foresight.child_model import travel
-from caregiver_mj.caregivers.foresight.clairvoyant import EFFORT, ClairvoyantCaregiver, Hindsight, round_the_child
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.told import ToldCaregiver
 from caregiver_mj.children.behaviour import Behaviour
@@ -14,6 +17,8 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
+from studies.bounds.clairvoyant import EFFORT, ClairvoyantCaregiver, Hindsight, round_the_child
+from studies.results import BOUNDS
 
 TWO_ENDS = """
 #########
@@ -140,3 +145,10 @@ def test_a_child_that_bars_every_way_for_long():
 def test_who_knows_neither_to_close_nor_to_pick_up_is_refused_where_that_is_asked(house, what):
     with pytest.raises(CaregiverError, match=f"no gate, and nothing on its floor, for 'clairvoyant', got {what}"):
         ClairvoyantCaregiver(FloorPlan.load(house))
+
+
+def test_commands_find_it_by_name_in_a_checkout(tmp_path):
+    command = [sys.executable, "-m", "caregiver_mj", "list", "caregivers"]
+    environment = os.environ | {"PYTHONPATH": str(BOUNDS)}
+    ran = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert any(line.startswith("clairvoyant ") and "caregiver_mj_bounds" in line for line in ran.stdout.splitlines())
