@@ -104,11 +104,7 @@ def is_caregiver(found: type[Caregiver] | PolicyMaker) -> TypeGuard[type[Caregiv
 
 
 def needs_pictures(name: str) -> bool:
-    """Return whether one of that name looks through cameras: its class, or maker, has `needs_pictures = True`.
-
-    Raises:
-        CaregiverError: As of `find_caregiver`.
-    """
+    """Return whether one of that name looks through cameras: its class, or maker, has `needs_pictures = True`."""
     return bool(getattr(find_caregiver(name), "needs_pictures", False))
 
 

@@ -17,32 +17,23 @@ from scipy.sparse.linalg import splu
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class ChildChain:
-    """A house as a child walks through it. Wherever a move leads that is no other cell, the child stays in its cell.
+    """A house as a child walks through it. Wherever a move leads that is no other cell, the child stays in its cell."""
 
-    Attributes:
-        greedy: Probability of every move of a child that makes none at random, (cells, G, moves).
-        epsilons: The shares of random moves that there are, (E,).
-        next_cell: The cell after each move, (cells, moves).
-        ends: Whether each move reaches each goal, bool (cells, moves, G).
-        object_at: The object that each move bumps into, -1 for none, likewise.
-        objects: How many objects there are.
-        next_goal: Probability of each goal (column) after each (row) has been reached, (G, G). Left out, uniform.
-        prior: Probability of each goal and epsilon of a child of whom nothing is known, (G, E). Left out, uniform.
-        bin_of: The toy bin that each goal is, -1 for something else, (G,). Left out, goal g is bin g.
-        follows: Returns the probability of every move of a child that makes none at random and whose goal is the last
-            one: to be where the caregiver is, (..., moves), by the caregiver's cell and its own, (...) both. Left out,
-            there is no such goal.
-    """
-
-    greedy: np.ndarray
-    epsilons: np.ndarray
-    next_cell: np.ndarray
-    ends: np.ndarray
-    object_at: np.ndarray
-    objects: int
+    greedy: np.ndarray  #: probability of every move of a child that makes none at random, (cells, G, moves)
+    epsilons: np.ndarray  #: the shares of random moves that there are, (E,)
+    next_cell: np.ndarray  #: the cell after each move, (cells, moves)
+    ends: np.ndarray  #: whether each move reaches each goal, bool (cells, moves, G)
+    object_at: np.ndarray  #: the object that each move bumps into, -1 for none, likewise
+    objects: int  #: how many objects there are
+    #: probability of each goal (column) after each (row) has been reached, (G, G). Left out, uniform
     next_goal: np.ndarray = None  # type: ignore[assignment]  # filled in below
+    #: probability of each goal and epsilon of a child of whom nothing is known, (G, E). Left out, uniform
     prior: np.ndarray = None  # type: ignore[assignment]
+    #: the toy bin that each goal is, -1 for something else, (G,). Left out, goal g is bin g
     bin_of: np.ndarray = None  # type: ignore[assignment]
+    #: returns the probability of every move of a child that makes none at random and whose goal is the last one: to be
+    #: where the caregiver is, (..., moves), by the caregiver's cell and its own, (...) both. Left out, there is no such
+    #: goal
     follows: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None
 
     def __post_init__(self) -> None:

@@ -134,11 +134,7 @@ class CaregiverPolicy:
         task.caregiver = self.caregiver  # last: where one cannot be made, the house is not prepared for it
 
     def __call__(self, timestep: dm_env.TimeStep) -> np.ndarray:
-        """Answer an observation with an action.
-
-        Raises:
-            CaregiverError: As of `see`.
-        """
+        """Answer an observation with an action; see `see` for errors."""
         self.see(timestep)
         return self.act()
 

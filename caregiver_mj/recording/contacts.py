@@ -37,14 +37,6 @@ CAUTION = (
     "dummy of a child the risk of a serious injury came below 5 % only below 1.5 m/s (Paez-Granados and Billard, "
     "Scientific Reports 12, 5285, 2022)."
 )
-# The same of speeds, energies and pinches.
-GRADES_CAUTION = (
-    "The bands of speed are no limits of injury: 0.25 m/s is from the setting up of industrial robots, and no standard "
-    "says how fast one may touch a child. The energy is that of the robot's own motion in a free impact. It leaves out "
-    "the child's motion, what the drives add after the first moment, and that a child between the robot and a wall "
-    "cannot give way; that is counted as a pinch, whatever its force. Edges, pressure, and the fall after a push are "
-    "in none of the numbers."
-)
 
 
 @dataclasses.dataclass(frozen=True)
