@@ -11,7 +11,7 @@ LARGEST_SEED = 2**32 - 1  # of NumPy's `RandomState`
 
 
 class CaregiverError(Exception):
-    """Base of every error that a user of the package can cause and mend."""
+    """Base class of all user errors."""
 
 
 class FloorPlanError(CaregiverError):

@@ -105,7 +105,7 @@ def summary(found: object) -> str:
 
 @contextlib.contextmanager
 def modules_of_the_folder() -> Iterator[None]:
-    """Have modules found that lie in the present folder, after all others, for what is said as `module:object`."""
+    """Append the working directory to the import path, for names such as `module:object`."""
     before = list(sys.path)
     with contextlib.suppress(FileNotFoundError):  # the folder may be gone
         sys.path.append(os.getcwd())

@@ -306,7 +306,7 @@ def asking(
     thinking: str | None = None,
     frames: bool = False,
 ) -> Iterator[Callable[[], str]]:
-    """Have questions asked, within, as somebody wants it.
+    """Configure queries in this context.
 
     Args:
         run: The folder of a run, in whose folder `exchanges` every one is kept.

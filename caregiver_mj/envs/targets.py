@@ -1,4 +1,4 @@
-"""Supervision by targets: an action says what to protect the children from, the rest is done for one."""
+"""Supervision by targets: an action is the hazard to protect the children from, and is executed to the next one."""
 
 from __future__ import annotations
 

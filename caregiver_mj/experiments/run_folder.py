@@ -233,7 +233,7 @@ def _reason(error: Exception) -> str:
 
 
 def continued(found: Record, wanted: Record) -> Record:
-    """Return the record of a run that is gone on with: with the same settings, or more episodes, or more caregivers.
+    """Return the record of a resumed run: with the same settings, or more episodes, or more caregivers.
 
     Returns:
         What is to be in the folder, of what is found there and what is wanted. Its `extended_at` are the numbers of

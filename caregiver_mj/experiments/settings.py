@@ -26,8 +26,8 @@ from caregiver_mj.plans.visibility import Sight
 from caregiver_mj.robot.embodiment import DEFAULT
 
 WORLDS = ("house", "grid")
-FLOOR = "floor"  # in the place of a caregiver: what the best of them could not prevent
-NOBODY = ("none", FLOOR)  # in the place of a caregiver, where nobody answers
+FLOOR = "floor"  # bare-tables baseline: damage that no caregiver can prevent
+NOBODY = ("none", FLOOR)  # baselines, in the place of a caregiver
 EPSILONS = child_model.EPSILONS[::-1]  # the paper's five novices
 GRID_BLOCK = 1000  # episodes at once: enough to be fast, and a few seconds' work to lose
 MOST_ROWS = 10_000_000  # episodes of a run; more do not fit into memory

@@ -357,7 +357,7 @@ def _cells(
     none: pd.DataFrame,
     verdict: Mapping[str, Any] | None,
 ) -> dict[str, str]:
-    """Return a row of a track by its columns, of a caregiver's episodes and those in which nobody takes care.
+    """Return a row of a track by its columns, of a caregiver's episodes and the baseline episodes.
 
     The verdict is that of the caregiver, if it acts.
     """

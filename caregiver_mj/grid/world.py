@@ -60,7 +60,7 @@ class GridWorld:
         candle_table: Table on which each candle is, or NOTHING, (B, candles).
         holding: Candle in the caregiver's hand, or NOTHING, (B,).
         state: What has become of each hazard, a `State`, (B, hazards).
-        orders: What the caregiver is about.
+        orders: Current interventions.
         done: Whether that has been counted as done already, (B,).
         ledger: What has happened to the children.
     """

@@ -22,9 +22,9 @@ _Number = TypeVar("_Number", int, np.ndarray)
 class Where(enum.Enum):
     """Where a hazard is. In the table of a house's hazards those of the first place come first, and so on."""
 
-    OPENING = enum.auto()  # whoever enters the cell is hurt; who stands in it is in the way of others
+    OPENING = enum.auto()  # entering the cell hurts; an occupant blocks it
     ON_TABLE = enum.auto()  # whoever bumps into the table is hurt; it can be carried to another one
-    FLOOR = enum.auto()  # whoever enters the cell takes it and is hurt, once; the cell is free
+    FLOOR = enum.auto()  # entering the cell takes it and hurts, once; the cell is free
     FURNITURE = enum.auto()  # the table itself
 
 

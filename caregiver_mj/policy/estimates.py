@@ -38,7 +38,7 @@ _LATEST = 0.25  # share that a sighting counts in the latest ones, which tell wh
 _MOVED, _MOVED_SIGMAS = 0.004, 1.8  # metres, and sigmas of a sighting, between the latest ones and the rest
 _TILTED, _TILTED_SIGMAS = 0.1, 3.0  # radians, and sigmas, likewise
 _SLIPS = 0.001  # metres that a candle slips in the hand within a control timestep
-_KEPT = 0.3, 0.002  # sigmas, and metres, that an estimate must be off the last one that was told to be told
+_KEPT = 0.3, 0.002  # sigmas, and metres; minimum change of an estimate that is published
 _NEAR = 0.25  # metres about the hand in which it may have touched something
 
 

@@ -32,7 +32,7 @@ _YAW_GAIN = 3.0  # from error of heading to rate of turning, 1/s: about the most
 
 
 class OwnPolicy:
-    """Calls somebody's policy, and is to whoever looks on what a `CaregiverPolicy` is.
+    """Adapter of a policy of your own to the interface of `CaregiverPolicy`.
 
     Attributes:
         name: What it goes by.

@@ -64,7 +64,7 @@ class PassedOver:
         self._until[hazard] = np.inf
 
     def succeed(self, hazard: int) -> None:
-        """Take note that the robot has got something done about a hazard, or what is about none."""
+        """Record a success; one that is about no hazard changes nothing."""
         if hazard != NOTHING:
             self._wait[hazard] = PASSED_OVER
 

@@ -90,7 +90,7 @@ class Store:
 
     @contextlib.contextmanager
     def gone_if_empty(self) -> Iterator[None]:
-        """Remove the store if what is done fails before there is an episode, for nothing could be gone on with."""
+        """Remove the store if the block fails before there is an episode: there is nothing to resume."""
         try:
             yield
         except BaseException:

@@ -14,7 +14,7 @@ from caregiver_mj.robot.geometry import UPRIGHT, Pose, Vector, upwards
 
 CHILD_RADIUS = layout.CHILD_RADIUS  # metres
 NO_GATES, NO_THINGS = np.zeros(0), np.zeros((0, 3))
-LOOSE = 0.002  # metres of each finger off what it has held from which on the hand has let go of that
+LOOSE = 0.002  # m; release threshold: how far each finger is off what it has held
 OFF_FLOOR = 0.05  # metres above the floor from which on something small does not lie there any more
 OFF_TABLE = 0.03  # metres from a table's height beyond which a candle is not on it (one that lies there: 0.022)
 

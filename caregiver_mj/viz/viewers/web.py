@@ -258,7 +258,7 @@ class WebScene:
 
 
 def _kind(episode: Episode) -> tuple[Any, ...]:
-    """What decides what there is to be seen in the house."""
+    """Return what the house looks like: plan, children and robot."""
     task = episode.env.task
     return task.plan.text, len(task.family), task.has_robot, task.embodiment.name
 
