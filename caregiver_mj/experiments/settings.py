@@ -37,33 +37,23 @@ _LONGEST_NAME, _LONGEST_LIST = 500, 100_000  # characters of a name, and of what
 
 @dataclasses.dataclass(frozen=True)
 class Settings:
-    """What to evaluate.
+    """What to evaluate."""
 
-    Attributes:
-        plans: The houses, with what a collision costs; or a single one, as also of caregivers and families.
-        world: "house", the physical one, or "grid".
-        caregivers: Names of caregivers, or of policies, as `find_caregiver` takes them; and FLOOR, which stands for the
-            damage that remains when nothing but bare tables is left. It is a child's alone, and so reckoned
-            in the grid for both worlds.
-        families: The children; each may be given as `Family.of` takes it, such as by an epsilon.
-        episodes: Episodes for each caregiver and family.
-        seed: Seed of the episodes, and of what is random in the caregivers.
-        embodiment: Name of the robot in the house.
-        sight: What the caregivers see, as `plans.visibility.Sight.of` takes it.
-        houses: What the houses are called together, such as "test-100"; nothing if by their names.
-        file: Where a single house of the user's own was read from; nothing if it has a name. Nothing depends on it.
-    """
-
+    #: the houses, with what a collision costs; or a single one, as also of caregivers and families
     plans: tuple[FloorPlan, ...]
-    world: str = "house"
+    world: str = "house"  #: "house", the physical one, or "grid"
+    #: names of caregivers, or of policies, as `find_caregiver` takes them; and FLOOR, which stands for the damage that
+    #: remains when nothing but bare tables is left. It is a child's alone, and so reckoned in the grid for both worlds
     caregivers: tuple[str, ...] = ("none", "expected-danger")
+    #: the children; each may be given as `Family.of` takes it, such as by an epsilon
     families: tuple[Family, ...] = tuple(map(Family.of, EPSILONS))
-    episodes: int = 20
-    seed: int = 0
-    embodiment: str = DEFAULT
-    houses: str = ""
+    episodes: int = 20  #: episodes for each caregiver and family
+    seed: int = 0  #: seed of the episodes, and of what is random in the caregivers
+    embodiment: str = DEFAULT  #: name of the robot in the house
+    houses: str = ""  #: what the houses are called together, such as "test-100"; nothing if by their names
+    #: where a single house of the user's own was read from; nothing if it has a name. Nothing depends on it
     file: str = ""
-    sight: str = "all"
+    sight: str = "all"  #: what the caregivers see, as `plans.visibility.Sight.of` takes it
 
     def __post_init__(self) -> None:
         alone = isinstance(self.families, (str, Real, Family, ChildSpec, Behaviour))

@@ -17,26 +17,17 @@ DAMAGE_THRESHOLD = 15.0  # the paper ends an interaction as soon as the damage i
 
 @dataclasses.dataclass(frozen=True)
 class Column:
-    """A column of `episodes.parquet`.
+    """A column of `episodes.parquet`."""
 
-    Attributes:
-        name: Its name.
-        type: Its type: str, int, float, or list[float] (a value for each child).
-        unit: Its unit, empty for names and numbers of things.
-        title: What it is called in tables for people.
-        meaning: What it is.
-        role: "setting" (what was run), "damage", "count" (of events), "contact" (what the robot and the candle in its
-            hand did to the children), "child" (a value for each child) or "time".
-        world: The world that it is measured in, if it is only one; 0 in the other.
-    """
-
-    name: str
-    type: str
-    unit: str
-    title: str
-    meaning: str
+    name: str  #: its name
+    type: str  #: its type: str, int, float, or list[float] (a value for each child)
+    unit: str  #: its unit, empty for names and numbers of things
+    title: str  #: what it is called in tables for people
+    meaning: str  #: what it is
+    #: "setting" (what was run), "damage", "count" (of events), "contact" (what the robot and the candle in its hand did
+    #: to the children), "child" (a value for each child) or "time"
     role: str
-    world: str = ""
+    world: str = ""  #: the world that it is measured in, if it is only one; 0 in the other
 
 
 def _column(unit: str, title: str, meaning: str, role: str, world: str = "") -> Any:  # a field, whatever its type
