@@ -212,7 +212,10 @@ def _foreign_summary(found: Finished) -> bool:
         (summary["harm"], ["cells", "cells_harmed", "cells_decidable", "episodes_worse"]),
         (worst, ["damage_alone", "damage_with", *(f"damage_difference{end}" for end in ("", "_ci_low", "_ci_high"))]),
     ):
-        np.array([[row[name] for name in names] for row in rows], float)
+        numbers = [row[name] for row in rows for name in names]
+        if wrong := [number for number in numbers if not isinstance(number, int | float | None)]:
+            raise ValueError(f"a number of a summary must be one, got {wrong[0]!r}")
+        np.array(numbers, float)  # none of them too large
     rows, told = ({(row["caregiver"], row["family"]) for row in part} for part in (summary["rows"], against))
     acting = {(caregiver, family) for caregiver, family in wanted if caregiver != "none"}
     acting = acting if "none" in found.settings.caregivers else set()

@@ -226,6 +226,11 @@ def test_refused(tmp_path, capsys):
         assert f"cannot be read: its {name} is damaged" in told
         assert ("`caregiver-mj evaluate --resume` writes it anew" in told) == mended
         (whole / name).write_bytes(content)
+    summary = json.loads((whole / "summary.json").read_text())
+    for name in ("damage_left", "score"):
+        wrong = [row | {name: "0.5"} if row["baseline"] == "none" else row for row in summary["comparisons"]]
+        (whole / "summary.json").write_text(json.dumps(summary | {"comparisons": wrong}))
+        assert "a number of a summary must be one, got '0.5'" in fails(capsys, ["report", whole])
     (whole / "maps.parquet").unlink()
     assert "maps.parquet" in fails(capsys, ["report", whole])
 

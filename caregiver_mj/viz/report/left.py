@@ -77,7 +77,7 @@ def left_cell(run: Run, caregiver: str, family: str) -> str:
 
 def score_table(run: Run) -> Table | None:
     """Return the score of caregivers by families, or None of a run of a version without it."""
-    if not any("score" in row for row in run.summary["comparisons"]):
+    if "score" not in run.compared(run.caregiver, "none", run.families[0]):
         return None
     rows = [(caregiver, *run.cells(caregiver, "score", 2, against="none")) for caregiver in run.acting]
     note = (
