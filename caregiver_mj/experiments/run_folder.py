@@ -118,11 +118,7 @@ class RunFolder:
 
     def read(self, block: str) -> Result | None:
         """Return what a finished block came to, or None."""
-        try:
-            result = read_json(block_file(self.path, block))
-        except (OSError, ValueError):
-            return None
-        return result if isinstance(result, dict) else None  # before there were maps, it was the rows alone
+        return read_block(self.path, block)
 
     def write(self, block: str, result: Result) -> None:
         """Put a finished block on disk at once."""
@@ -136,13 +132,13 @@ class RunFolder:
         write_whole(self.path / "summary.json", _as_json(summary))
 
 
-def read_block(folder: pathlib.Path, block: str) -> Any:
-    """Return what is in the file of a block, for those who only read a run: they leave its folder as it is.
-
-    Raises:
-        OSError, ValueError: It is not there, or is no JSON.
-    """
-    return read_json(block_file(folder, block))
+def read_block(folder: pathlib.Path, block: str) -> Result | None:
+    """Return what a finished block in the folder of a run came to, or None; the folder stays as it is."""
+    try:
+        result = read_json(block_file(folder, block))
+    except (OSError, ValueError):
+        return None
+    return result if isinstance(result, dict) else None  # before there were maps, it was the rows alone
 
 
 def block_file(folder: pathlib.Path, block: str) -> pathlib.Path:

@@ -25,7 +25,7 @@ from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.experiments import two_level
 from caregiver_mj.experiments.blocks import MAPS, Tables, belongs, check_answers, run_block, tables_of
 from caregiver_mj.experiments.evaluation import sum_up
-from caregiver_mj.experiments.finished import Finished, read_finished
+from caregiver_mj.experiments.finished import read_finished
 from caregiver_mj.experiments.harm import HOW, Harm
 from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.experiments.provenance import difference, source_digest, versions
@@ -108,8 +108,8 @@ def submit(run: str | os.PathLike[str], path: str | os.PathLike[str], card: Mapp
     extended_at = _extended_at(found.settings, found.record)
     files: dict[str, Any] = {_CARD: dict(card), _RUN: found.record}
     for number, block in enumerate(found.settings.blocks(extended_at=extended_at)):
-        result = _block_of(found, block)
-        if result is None:
+        result = read_block(found.path, str(block))
+        if result is None or not belongs(found.settings, block, result):
             raise CaregiverError(
                 f"the run in '{run}' has lost episodes ({block}): `caregiver-mj evaluate --resume` runs them again"
             )
@@ -132,15 +132,6 @@ def submit(run: str | os.PathLike[str], path: str | os.PathLike[str], card: Mapp
             raise CaregiverError(f"the run in '{run}' is too large for one file: {error}") from None
     write_whole(path, content.getvalue())
     return found.settings
-
-
-def _block_of(found: Finished, block: Block) -> Result | None:
-    """Return what came of a block, if its file is as it was written."""
-    try:
-        result = read_block(found.path, str(block))
-    except (OSError, ValueError):
-        return None
-    return result if isinstance(result, dict) and belongs(found.settings, block, result) else None
 
 
 def read_submission(path: str | os.PathLike[str], *, trust: bool = False) -> Submission:
