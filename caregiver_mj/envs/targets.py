@@ -1,4 +1,4 @@
-"""Supervision by targets: an action is the hazard to protect the children from, and is executed to the next one."""
+"""Supervision by targets: an action is the hazard to protect the children from, and the caregiver executes it."""
 
 from __future__ import annotations
 
