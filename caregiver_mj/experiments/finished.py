@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.experiments import statistics
 from caregiver_mj.experiments.blocks import Tables
 from caregiver_mj.experiments.evaluation import sum_up
@@ -183,7 +183,10 @@ def _foreign_episodes(found: Finished) -> bool:
 def _foreign_maps(found: Finished) -> bool:
     """Whether the maps are not those of the run."""
     maps = found.maps
-    if not {"caregiver", "row", "column", "visits", "damage"} <= set(maps):
+    texts = ["world", "house", "caregiver", "family"]
+    if not {*texts, "row", "column", "visits", "damage"} <= set(maps):
+        return True
+    if not all(isinstance(text, str) for name in texts for text in maps[name].unique()):
         return True
     cells = {cell for plan in found.settings.plans for cell in plan.free_cells}
     numbers = maps[["visits", "damage"]]
@@ -199,6 +202,7 @@ def _foreign_maps(found: Finished) -> bool:
 def _foreign_summary(found: Finished) -> bool:
     """Whether the summary is not that of the run; what is no number in it cannot be read."""
     summary, wanted = found.summary, _who(found)
+    check_kind("versions", summary["versions"], dict)
     against = [row for row in summary["comparisons"] if row.get("baseline") == "none"]
     means, compared = ([c for c in columns if c in found.episodes] for columns in (MEASURES, statistics.COMPARED))
     ends, worst = ("ci_low", "ci_high"), [row["worst"] for row in summary["harm"]]
