@@ -193,6 +193,9 @@ def answer(caregiver: Caregiver, percept: Percept) -> Interventions:
     to_table = np.any([np.asarray(given.verb) == name for name, verb in VERBS.items() if verb.to_table], axis=0)
     moved = np.where(to_table, given.destination, NOTHING)
     check_numbers(f"{who}: destination must be", moved, batch, NOTHING, len(caregiver.plan.tables) - 1)
+    cells = len(caregiver.plan.caregiver_cells) if caregiver.waits else 0
+    waits = np.where(np.asarray(given.verb) == DO_NOTHING, given.destination, NOTHING)
+    check_numbers(f"{who}: destination of '{DO_NOTHING}' must be", waits, batch, NOTHING, cells - 1)
     return given
 
 

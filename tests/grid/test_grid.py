@@ -456,6 +456,9 @@ def test_it_waits_in_the_cell_that_it_was_told_and_that_is_no_intervention():
         world.step()
         assert plan.caregiver_cells[world.caregiver_cell[0]] == (1, column)
     assert world.ledger.totals()["interventions"].tolist() == [0]
+    world.caregiver.waits = False
+    with pytest.raises(CaregiverError, match="destination of 'nothing' must be -1 to -1, got"):
+        world.act_caregiver(world.caregiver)
 
 
 # A doorway at (2, 4) between two rooms; the stairwell is in the eastern one, the bin in the western.

@@ -99,7 +99,11 @@ class ForesightCaregiver(Caregiver):
 
     def _ways(self) -> Motion:
         """Return how it moves, to lookouts, too, if there are any."""
-        return motion(self.plan, self.pace, () if self.sight.is_full else lookouts(self.plan))
+        return motion(self.plan, self.pace, self._lookouts)
+
+    @property
+    def _lookouts(self) -> tuple[int, ...]:
+        return () if self.sight.is_full else lookouts(self.plan)
 
     def watch(self, percept: Percept) -> None:
         if percept.belief:
@@ -217,7 +221,7 @@ class ForesightCaregiver(Caregiver):
         hazards = len(self.plan.hazards)
         hazard = np.where(option < stairwells, option, np.where(option < stairwells + 2, NOTHING, option - 2))
         looks = option - hazards - 2  # from which lookout
-        waits = looks - len(self._ways().lookouts)  # in which cell
+        waits = looks - len(self._lookouts)  # in which cell
         hazard = np.where(looks >= 0, NOTHING, hazard)
         rest = np.where((looks >= 0) & (waits < 0), LOOK, rest)
         verb = np.append(self.plan.hazards.verb, "")[hazard]

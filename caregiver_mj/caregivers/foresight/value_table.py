@@ -448,9 +448,9 @@ class ValueTable:
         """Find the values after a child's move in a layout, (C R, J), if the caregiver does what is best."""
         np.copyto(best, value)  # to stay
         for _ in range(self._parts):  # to wait wherever it gets to
-            value_then = best.copy()
+            before = best.copy()
             for rows in self._steps:
-                np.minimum(best, _gone(value_then, rows), out=best)
+                np.minimum(best, _gone(before, rows), out=best)
         posts = len(self.motion.posts)
         for place in (*range(posts), self.motion.aside):
             np.minimum(best, _gone(value, self._rows[place]), out=best)
