@@ -2,7 +2,8 @@
 
 The state of the decision process is the child (cell, toy bin, epsilon: `danger.chain`), the caregiver's cell and the
 layout. In a timestep the child moves, then the caregiver goes on to one of its places (a landing, a gate, a table with
-a candle, aside, or where it is), by the routes that its world moves it by, and may think better of it in the next one.
+a candle, aside), by the routes that its world moves it by, or to any cell that it reaches meanwhile, to wait there. It
+may think better of it in the next timestep.
 What the child does depends on the caregiver: a move into it leaves the child where it is, and costs a price. Only while
 a candle is in the hand, for the few timesteps that it takes to put it down, is the child thought to walk on regardless,
 though the price of what it is denied meanwhile is counted.
