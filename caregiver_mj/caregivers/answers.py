@@ -143,6 +143,8 @@ class ReplayedCaregiver(Caregiver):
     Where they cannot be read, or its world asks for others, that is a `CaregiverError`.
     """
 
+    waits = True  # as whoever has given them may have
+
     def __init__(self, plan: FloorPlan, arrays: dict[str, np.ndarray]):
         super().__init__(plan)
         try:

@@ -167,6 +167,9 @@ def _foreign_episodes(found: Finished) -> bool:
     episodes, settings = found.episodes, found.settings
     if not {*_WHICH, *_MEASURED} <= set(episodes) or len({*map(str, episodes["world"])} - {settings.world}):
         return True
+    counts = episodes[[name for name in ("epsilon", "children") if name in episodes]]
+    if not all(map(pd.api.types.is_numeric_dtype, counts.dtypes)):
+        return True
     numbers = episodes[[column for column in MEASURES if column in episodes] + ["episode", "seed"]]
     if not all(pd.api.types.is_numeric_dtype(kind) for kind in numbers.dtypes) or not (numbers >= 0).all(axis=None):
         return True

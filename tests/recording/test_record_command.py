@@ -160,7 +160,7 @@ def test_a_recording_does_not_go_on_with_code_that_was_edited(own, tmp_path, cap
     text = module.read_text()
     module.write_text(f"{text}# edited\n")
     assert cli.main([*command, "--resume"]) == 2
-    assert "code of caregiver of_my_own:slow has changed, from of_my_own.py, sha256 " in capsys.readouterr().err
+    assert "caregiver of_my_own:slow has changed, from of_my_own.py, sha256 " in capsys.readouterr().err
     sys.modules.pop(own)
     module.write_text(text)
     asked = tmp_path / ".set.episodes" / "run.json"
