@@ -15,6 +15,7 @@ import sys
 import zipfile
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from caregiver_mj import cli
@@ -220,6 +221,35 @@ def test_a_second_start_in_a_folder_touches_nothing(tmp_path):
         held.communicate("")
     RunFolder(tmp_path, {"a": 1}, resume=True)
     assert not (tmp_path / "episodes" / "x.json.1.tmp").exists()
+
+
+def _table(folder, file, **columns):
+    pd.read_parquet(folder / file).assign(**columns).to_parquet(folder / file)
+
+
+def _summary(folder, **values):
+    file = folder / "summary.json"
+    file.write_text(json.dumps(json.loads(file.read_text()) | values))
+
+
+@pytest.mark.parametrize(
+    ("change", "file"),
+    [
+        (lambda folder: _table(folder, "maps.parquet", family=7), "maps.parquet"),
+        (lambda folder: _table(folder, "episodes.parquet", children="\x1b[31m"), "episodes.parquet"),
+        (lambda folder: _summary(folder, versions="none"), "versions must be"),
+    ],
+    ids=["a number for a name", "a name for a number", "no versions"],
+)
+@pytest.mark.parametrize("reader", ["report", "pool"])
+def test_what_is_of_another_type_is_refused(given, tmp_path, capsys, reader, change, file):
+    shutil.copytree(given / "run", tmp_path / "run")
+    change(tmp_path / "run")
+    rest = () if reader == "report" else (given / "other", "--out", tmp_path / "out")
+    assert run(reader, tmp_path / "run", *rest) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"the run in '{tmp_path / 'run'}' cannot be read: " in line
+    assert file in line
 
 
 READERS = ("verify", "leaderboard", "report", "compare", "pool", "submit", "resume", "house", "answers")

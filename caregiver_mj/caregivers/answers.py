@@ -143,7 +143,7 @@ class ReplayedCaregiver(Caregiver):
     Where they cannot be read, or its world asks for others, that is a `CaregiverError`.
     """
 
-    waits = True  # as whoever has given them may have
+    waits = True  # the caregiver that gave the answers may have waited in a cell
 
     def __init__(self, plan: FloorPlan, arrays: dict[str, np.ndarray]):
         super().__init__(plan)

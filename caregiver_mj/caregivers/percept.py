@@ -18,14 +18,14 @@ HORIZON = 15  # timesteps: in as many the caregiver gets anywhere in most houses
 
 @dataclasses.dataclass(frozen=True)
 class Pace:
-    """What the world of a caregiver tells it about its own speed."""
+    """What the world of a caregiver tells it about its own speed. All times are in that of walking a cell."""
 
     cells: float = 3.0  #: cells that it walks in a novice timestep, once it is on its way
-    get: float = 1.0  #: time to take a candle from a table that it stands beside, in that of walking a cell
-    place: float = 1.0  #: time to put one down there, likewise
-    start: float = 0.0  #: time that it loses on each way by setting off and stopping, likewise
-    close: float = 1.0  #: time to close a gate before which it stands, likewise
-    pick_up: float = 1.0  #: time to pick up what lies on the floor where it stands, likewise
+    get: float = 1.0  #: time to take a candle from a table that it stands beside
+    place: float = 1.0  #: time to put one down there
+    start: float = 0.0  #: time that it loses on each way by setting off and stopping
+    close: float = 1.0  #: time to close a gate before which it stands
+    pick_up: float = 1.0  #: time to pick up what lies on the floor where it stands
     #: time to walk into the next cell with a child so many cells ahead of this one, a row each, and so many to the
     #: side, a column each; beyond these, and with a child behind it, it is 1
     beside: tuple[tuple[float, ...], ...] = ()

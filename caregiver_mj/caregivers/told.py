@@ -17,7 +17,7 @@ class Future:
     """What children will do in the next T timesteps if nobody stands in their way."""
 
     cell: np.ndarray  # their cells after each of their moves, (T, B, K)
-    # what each move bumps into, likewise: first the stairwells, then the tables; NOTHING for neither
+    # number of the object that each move bumps into, the stairwells first, then the tables, or NOTHING, (T, B, K)
     object: np.ndarray
 
 

@@ -23,7 +23,7 @@ class ChildChain:
     epsilons: np.ndarray  #: the shares of random moves that there are, (E,)
     next_cell: np.ndarray  #: the cell after each move, (cells, moves)
     ends: np.ndarray  #: whether each move reaches each goal, bool (cells, moves, G)
-    object_at: np.ndarray  #: the object that each move bumps into, -1 for none, likewise
+    object_at: np.ndarray  #: the object that each move bumps into, -1 for none, (cells, moves)
     objects: int  #: how many objects there are
     #: probability of each goal (column) after each (row) has been reached, (G, G). Left out, uniform
     next_goal: np.ndarray = None  # type: ignore[assignment]  # filled in below

@@ -31,9 +31,9 @@ class Blur:
     """
 
     noise: float = 0.0  # white error of the position, one sigma along each axis, metres
-    bias: float = 0.0  # lasting error of it, likewise
+    bias: float = 0.0  # lasting error of the position, one sigma along each axis, metres
     turn_noise: float = 0.0  # white error of the heading, of a candle about each axis, one sigma, radians
-    turn_bias: float = 0.0  # lasting error of it, likewise
+    turn_bias: float = 0.0  # lasting error of the heading, one sigma, radians
     # white error of the velocity, one sigma, m/s, and of the rate of turning, rad/s; not of candles
     velocity_noise: float = 0.0
     # probability that it is not seen in a control timestep, so that what was seen last is shown again

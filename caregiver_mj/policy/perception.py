@@ -47,7 +47,7 @@ class _Sighting:
     origin: Vector | None  # where its present move began, metres; None if that was not seen
     is_clear: bool  # whether it is clear where that leads
     cell: int  # the free cell in which it is, or will be after the move; NOTHING if that has not been seen
-    previous: tuple[int, int]  # the cell in which it made its last move, and that move; NOTHING likewise
+    previous: tuple[int, int]  # the cell in which it made its last move, and that move; NOTHING before any was seen
 
 
 class Perception:

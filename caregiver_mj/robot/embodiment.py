@@ -175,12 +175,12 @@ class Approach:
     drive: float = 0.62  #: when it sets off: the hand is clear of a candle that it has let go, and meets no wall
     drive_loaded: float = 0.85  #: when it sets off with a candle that is clear of the table
     above_distance: float = 0.60  #: metres to go from which on it may be out like that
-    above_yaw: float = 0.35  #: radians to go, likewise
-    hover_across: float = 0.04  #: metres to go across, likewise
-    hover_distance: float = 0.30  #: metres to go ahead, likewise
-    hover_yaw: float = 0.12  #: radians to go, likewise
-    last_distance: float = 0.14  #: metres to go, likewise
-    last_yaw: float = 0.08  #: radians to go, likewise
+    above_yaw: float = 0.35  #: radians to go for the same
+    hover_across: float = 0.04  #: metres to go across for the same
+    hover_distance: float = 0.30  #: metres to go ahead for the same
+    hover_yaw: float = 0.12  #: radians to go for the same
+    last_distance: float = 0.14  #: metres to go for the same
+    last_yaw: float = 0.08  #: radians to go for the same
 
 
 @dataclasses.dataclass(frozen=True)
@@ -212,7 +212,7 @@ class Clearances:
     """Room that the robot needs besides its footprint."""
 
     turning: float  #: from the middle of the base to a wall, so that a candle in the tucked hand can be swung round
-    child_turning: float  #: from the middle of the base to that of a child, likewise
+    child_turning: float  #: from the middle of the base to that of a child, for the same reason
     hand: float  #: to both sides of the hand's middle when it is out: half its width, and what the arm may be off
     #: from the middle of a candle that is put down, or taken, to the nearest end of another one; half of it counts for
     #: a hand that passes a wall

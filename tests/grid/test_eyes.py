@@ -133,13 +133,13 @@ def test_a_batch_changes_no_episode():
 
 
 def test_foresight_goes_to_look_for_a_child_that_moves_at_random():
-    plan, seeds = FloorPlan.load("paper"), range(8)
+    plan, seeds = FloorPlan.load("house-17"), range(15)
     looks, never = (
         GridWorld(plan, 1.0, ForesightCaregiver(plan, regrets=regrets), sight="walls").run(tapes(seeds)).totals()
         for regrets in (30, 0)
     )
     assert (never["looking"] == 0).all()
-    assert looks["looking"].mean() > 0.002  # more often it waits where it sees more
+    assert looks["looking"].mean() > 0.02
     assert looks["seen"].mean() > never["seen"].mean()
 
 

@@ -7,7 +7,6 @@ import sys
 import numpy as np
 import pytest
 
-from caregiver_mj.caregivers.foresight.child_model import travel
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.told import ToldCaregiver
 from caregiver_mj.children.behaviour import Behaviour
@@ -17,7 +16,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
-from studies.bounds.clairvoyant import EFFORT, ClairvoyantCaregiver, Hindsight, round_the_child
+from studies.bounds.clairvoyant import EFFORT, ClairvoyantCaregiver, Hindsight, round_the_child, travel
 from studies.results import BOUNDS
 
 TWO_ENDS = """

@@ -1,4 +1,4 @@
-"""How the caregiver thinks that children move: as one of a few kinds, of unknown goal and epsilon; and how it moves."""
+"""How the caregiver thinks that children move: as one of a few kinds, of unknown goal and epsilon."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import functools
 
 import numpy as np
 
-from caregiver_mj.caregivers.percept import PAPER, Percept
+from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.children.novice import Novice
 from caregiver_mj.children.robot_related import Adversary
 from caregiver_mj.danger.belief import Belief
@@ -14,7 +14,6 @@ from caregiver_mj.danger.chain import ChildChain
 from caregiver_mj.plans.cell_graph import ACTIONS, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
-from caregiver_mj.plans.routes import Routes
 
 EPSILONS = (0.05, 0.25, 0.5, 0.75, 1.0)  # that a child is thought to have: those of the paper's five novices
 OTHERS = (0, 2)  # those that a child of another kind than the novice may have: above, all are alike
@@ -114,46 +113,3 @@ class Followers:
     def there(self) -> np.ndarray:
         """Whether some child follows the caregiver and hardly ever strays, bool (B,)."""
         return np.any(self.belief.probability[..., -1, 0] > _SURE, axis=1)
-
-
-@functools.lru_cache(maxsize=4)
-def travel(plan: FloorPlan) -> Travel:
-    """Return the ways through a house; made once."""
-    return Travel(plan)
-
-
-class Travel:
-    """The caregiver's ways at the paper's pace, by the rules of `plans.routes`.
-
-    Attributes:
-        posts: Cells of the landings. A house without stairwells has one post all the same: where the tables are
-            nearest.
-        done: The number of the cell in which it has got a candle; see `step`.
-        step: The cell that it is in after a number of actions, 0 to those of a timestep, on its way to each goal, the
-            posts and then beside each table, (actions, children's cells, goals, cells). Who has got the candle from a
-            table is in one more cell, which there is not, the last one: `done`.
-        central: For every table the cell beside it from which the rest is nearest.
-    """
-
-    def __init__(self, plan: FloorPlan):
-        graph, cells = plan.graph, len(plan.caregiver_cells)
-        stands = graph.beside(plan.tables)
-        self.posts = [plan.cell_index[cell] for cell in plan.stairwells]
-        if not self.posts:
-            self.posts = [int(graph.distances_from(stands).sum(axis=0).argmin()) if stands else 0]
-        goals = [[post] for post in self.posts] + stands
-        routes = Routes(plan, goals)
-        open_way = routes.open_distance.astype(int)
-        self.done = cells
-        one = np.full((len(plan.free_cells), len(goals), cells + 1), cells, np.int16)
-        for child in range(len(one)):
-            distance, towards = (found[:-1] for found in routes.around(child))
-            fetched = (distance == 0) & (np.arange(len(goals)) >= len(self.posts))[:, None]
-            one[child, :, :cells] = np.where(fetched, cells, towards)
-            # Where the child is thought to have walked through the caregiver it has been kept back, and bars no way.
-            one[child, :, child] = graph.downhill(open_way)[:, child]
-        steps = [np.broadcast_to(np.arange(cells + 1, dtype=np.int16), one.shape)]
-        for _ in range(int(PAPER.cells)):
-            steps.append(np.take_along_axis(one, steps[-1].astype(int), axis=2))
-        self.step = np.stack(steps)
-        self.central = [min(stand, key=lambda cell: open_way[:, cell].sum(), default=0) for stand in stands]

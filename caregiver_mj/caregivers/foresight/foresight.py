@@ -84,8 +84,8 @@ class ForesightCaregiver(Caregiver):
 
     def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
         if self._plans:
-            self._values()  # now, so that no decision has to wait for it
-            self._ways()  # likewise
+            self._values()  # both now, so that no decision has to wait for them
+            self._ways()
         self._rule.reset(batch, seeds, children)
         self._rule.followers = None  # its own belief knows them
         self._begin(batch, children)

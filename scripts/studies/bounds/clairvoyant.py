@@ -9,7 +9,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver
-from caregiver_mj.caregivers.foresight.child_model import Travel, travel
 from caregiver_mj.caregivers.foresight.value_table import AllLayouts, costs
 from caregiver_mj.caregivers.percept import PAPER, Percept, bare_tables
 from caregiver_mj.caregivers.told import Future, ToldCaregiver, Truth
@@ -17,6 +16,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.interventions.verb import Interventions
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, Where
+from caregiver_mj.plans.routes import Routes
 
 LARGEST = 5_000  # stands of a house: as many fit into memory
 _SPAN = 60  # moves for which a plan holds; then it is made anew
@@ -316,3 +316,46 @@ def round_the_child(ways: Travel, cells: np.ndarray, cell: np.ndarray, left: int
         child = after
         at = np.where(under_way, step[ACTIONS, child, goal, at], at)
     return moves, PRICE * denied
+
+
+@functools.lru_cache(maxsize=4)
+def travel(plan: FloorPlan) -> Travel:
+    """Return the ways through a house; made once."""
+    return Travel(plan)
+
+
+class Travel:
+    """The caregiver's ways at the paper's pace, by the rules of `plans.routes`.
+
+    Attributes:
+        posts: Cells of the landings. A house without stairwells has one post all the same: where the tables are
+            nearest.
+        done: The number of the cell in which it has got a candle; see `step`.
+        step: The cell that it is in after a number of actions, 0 to those of a timestep, on its way to each goal, the
+            posts and then beside each table, (actions, children's cells, goals, cells). Who has got the candle from a
+            table is in one more cell, which there is not, the last one: `done`.
+        central: For every table the cell beside it from which the rest is nearest.
+    """
+
+    def __init__(self, plan: FloorPlan):
+        graph, cells = plan.graph, len(plan.caregiver_cells)
+        stands = graph.beside(plan.tables)
+        self.posts = [plan.cell_index[cell] for cell in plan.stairwells]
+        if not self.posts:
+            self.posts = [int(graph.distances_from(stands).sum(axis=0).argmin()) if stands else 0]
+        goals = [[post] for post in self.posts] + stands
+        routes = Routes(plan, goals)
+        open_way = routes.open_distance.astype(int)
+        self.done = cells
+        one = np.full((len(plan.free_cells), len(goals), cells + 1), cells, np.int16)
+        for child in range(len(one)):
+            distance, towards = (found[:-1] for found in routes.around(child))
+            fetched = (distance == 0) & (np.arange(len(goals)) >= len(self.posts))[:, None]
+            one[child, :, :cells] = np.where(fetched, cells, towards)
+            # Where the child is thought to have walked through the caregiver it has been kept back, and bars no way.
+            one[child, :, child] = graph.downhill(open_way)[:, child]
+        steps = [np.broadcast_to(np.arange(cells + 1, dtype=np.int16), one.shape)]
+        for _ in range(int(PAPER.cells)):
+            steps.append(np.take_along_axis(one, steps[-1].astype(int), axis=2))
+        self.step = np.stack(steps)
+        self.central = [min(stand, key=lambda cell: open_way[:, cell].sum(), default=0) for stand in stands]
