@@ -172,6 +172,11 @@ class TestMotion:
         assert cell[state == 1].tolist() == [0, 1, 2, 5]  # half a step: as likely not yet there
         assert share[state == 1].tolist() == [0.5, 1.0, 0.5, 0.5]
 
+    def test_of_a_cell_that_is_begun_the_share_of_its_own_time_counts(self):
+        ways = motion(FloorPlan.parse(TWO_ENDS), Pace(cells=2.25))
+        _, cell, before, share = ways.waits(np.array([5]), np.array([1]), np.array([1.5]))  # cell 3 is two steps away
+        assert (before[cell == 3].tolist(), share[cell == 3].tolist()) == ([2], [0.5])
+
     def test_a_way_to_wait_beside_a_child_takes_longer_than_one_away_from_it(self):
         ways = motion(FloorPlan.parse(TWO_ENDS), Pace(cells=3, beside=((1.0,), (1.0,), (4.0,))))
         _, cell, _, share = ways.waits(np.array([4]), np.array([2]), np.array([2.0]))  # two cells from it
