@@ -164,7 +164,8 @@ def _deed(name: str, own: pd.DataFrame, counted: dict[str, float]) -> str:
 
 
 def _no_deed(own: pd.DataFrame) -> str:
-    measured = [_ROBOT[name][0].removesuffix("s") for name in ("strikes", "gate_strikes", "pinches") if name in own]
+    deeds = {"strikes": "strike", "gate_strikes": "gate strike", "pinches": "pinch"}
+    measured = [deed for name, deed in deeds.items() if name in own]
     what = " or ".join(filter(None, (", ".join(measured[:-1]), *measured[-1:])))
     return f"no {what} in {len(own):,} episode{'s' if len(own) > 1 else ''}" if what else "not measured"
 
