@@ -11,8 +11,10 @@ import tomllib
 
 import grimp
 import matplotlib as mpl
+import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
+from scipy.sparse import csgraph
 
 ROOT = pathlib.Path(__file__).parents[1]
 PICTURE = ROOT / "docs" / "rooms.svg"
@@ -46,17 +48,31 @@ def assemble(folder: pathlib.Path) -> None:
         (package / path.name).symlink_to(path)
 
 
-def graph() -> grimp.ImportGraph:
-    """Who imports whom."""
-    with tempfile.TemporaryDirectory() as folder:
-        assemble(pathlib.Path(folder))
-        sys.path.insert(0, folder)
-        known = {name: sys.modules.pop(name) for name in list(sys.modules) if name.split(".")[0] == _PACKAGE}
-        try:
-            return grimp.build_graph(_PACKAGE, include_external_packages=True, cache_dir=None)
-        finally:
-            sys.path.remove(folder)
-            sys.modules.update(known)
+def graph(folder: pathlib.Path | None = None) -> grimp.ImportGraph:
+    """Who imports whom, types and functions included; of the package put together in a folder, or of this one."""
+    if folder is None:
+        with tempfile.TemporaryDirectory() as own:
+            assemble(pathlib.Path(own))
+            return graph(pathlib.Path(own))
+    sys.path.insert(0, str(folder))
+    known = {name: sys.modules.pop(name) for name in list(sys.modules) if name.split(".")[0] == _PACKAGE}
+    try:
+        return grimp.build_graph(_PACKAGE, include_external_packages=True, cache_dir=None)
+    finally:
+        sys.path.remove(str(folder))
+        sys.modules.update(known)
+
+
+def circles(imports: grimp.ImportGraph) -> list[list[str]]:
+    """The modules that import each other, directly or round about, those of a circle together."""
+    modules = sorted(name for name in imports.modules if name.split(".")[0] == _PACKAGE)
+    number = {name: i for i, name in enumerate(modules)}
+    edges = np.zeros((len(modules), len(modules)), bool)
+    for name, i in number.items():
+        edges[i, [number[other] for other in imports.find_modules_directly_imported_by(name) if other in number]] = True
+    count, part = csgraph.connected_components(edges, connection="strong")
+    found = ([name for name, i in number.items() if part[i] == one] for one in range(count))
+    return [names for names in found if len(names) > 1]
 
 
 def arrows(imports: grimp.ImportGraph) -> set[tuple[str, str]]:

@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from caregiver_mj.caregivers.foresight.child_model import CHANGE, child_chain
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.danger.tracker import Tracker
+from caregiver_mj.grid.state import GridState
 from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.hazards import NOTHING, Where
 from caregiver_mj.plans.visibility import ALL_ROUND, Sight, visibility
 
-if TYPE_CHECKING:
-    from caregiver_mj.grid.world import GridWorld
 
-
-class Eyes:
+class GridEyes:
     """The sight of the caregivers of B worlds, and what they make of what they see.
 
     A caregiver looks to where it last went. In an action in which it neither walks nor handles anything it turns round
@@ -31,7 +28,7 @@ class Eyes:
         state: What it knows to have become of each hazard, a `State`, (B, hazards).
     """
 
-    def __init__(self, world: GridWorld, sight: Sight):
+    def __init__(self, world: GridState, sight: Sight):
         """Open them on the first moment of the episodes."""
         self._world, self._seen = world, visibility(world.plan, sight).seen
         batch, children = world.child_cell.shape

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import abc
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from caregiver_mj.grid.state import GridState
 from caregiver_mj.interventions.verb import BLOCK, CLOSE, DO_NOTHING, LOOK, PICK_UP, RELOCATE, STAND_ASIDE
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, State, Where
 from caregiver_mj.plans.routes import ASIDE, STAY
 from caregiver_mj.plans.visibility import lookouts
-
-if TYPE_CHECKING:
-    from caregiver_mj.grid.world import GridWorld
 
 
 class GridVerb(abc.ABC):
@@ -25,7 +22,7 @@ class GridVerb(abc.ABC):
         return []
 
     @abc.abstractmethod
-    def place(self, world: GridWorld, which: np.ndarray) -> np.ndarray:
+    def place(self, world: GridState, which: np.ndarray) -> np.ndarray:
         """Return where some worlds must go for it now.
 
         Args:
@@ -36,7 +33,7 @@ class GridVerb(abc.ABC):
             Indices into `places`, ASIDE or STAY, (n,).
         """
 
-    def carry_out(self, world: GridWorld, which: np.ndarray, came: np.ndarray, stood: np.ndarray) -> np.ndarray:
+    def carry_out(self, world: GridState, which: np.ndarray, came: np.ndarray, stood: np.ndarray) -> np.ndarray:
         """Do what there is to do in the place, in some worlds, after the caregiver's move.
 
         Args:
@@ -57,7 +54,7 @@ class InOpening(GridVerb):
     def places(self, plan: FloorPlan) -> list[list[int]]:
         return [[plan.cell_index[cell]] for cell in plan.landings]
 
-    def place(self, world: GridWorld, which: np.ndarray) -> np.ndarray:
+    def place(self, world: GridState, which: np.ndarray) -> np.ndarray:
         return world.plan.hazards.among(Where.OPENING, world.orders.hazard[which])
 
 
@@ -67,10 +64,10 @@ class Closing(GridVerb):
     def places(self, plan: FloorPlan) -> list[list[int]]:
         return [[plan.cell_index[cell]] for cell in plan.mouths.values()]
 
-    def place(self, world: GridWorld, which: np.ndarray) -> np.ndarray:
+    def place(self, world: GridState, which: np.ndarray) -> np.ndarray:
         return world.plan.hazards.among(Where.OPENING, world.orders.hazard[which]) - len(world.plan.landings)
 
-    def carry_out(self, world: GridWorld, which: np.ndarray, came: np.ndarray, stood: np.ndarray) -> np.ndarray:
+    def carry_out(self, world: GridState, which: np.ndarray, came: np.ndarray, stood: np.ndarray) -> np.ndarray:
         return stood
 
 
@@ -80,10 +77,10 @@ class PickingUp(GridVerb):
     def places(self, plan: FloorPlan) -> list[list[int]]:
         return [[cell] for cell in plan.floor_cells]
 
-    def place(self, world: GridWorld, which: np.ndarray) -> np.ndarray:
+    def place(self, world: GridState, which: np.ndarray) -> np.ndarray:
         return world.plan.hazards.among(Where.FLOOR, world.orders.hazard[which])
 
-    def carry_out(self, world: GridWorld, which: np.ndarray, came: np.ndarray, stood: np.ndarray) -> np.ndarray:
+    def carry_out(self, world: GridState, which: np.ndarray, came: np.ndarray, stood: np.ndarray) -> np.ndarray:
         return stood & (world.state[which, world.orders.hazard[which]] == State.AS_PLANNED)
 
 
@@ -97,11 +94,11 @@ class Carrying(GridVerb):
     def places(self, plan: FloorPlan) -> list[list[int]]:
         return plan.graph.beside(plan.tables)
 
-    def place(self, world: GridWorld, which: np.ndarray) -> np.ndarray:
+    def place(self, world: GridState, which: np.ndarray) -> np.ndarray:
         table = world.candle_table[which, world.plan.hazards.among(Where.ON_TABLE, world.orders.hazard[which])]
         return np.where(world.holding[which] == NOTHING, table, world.orders.destination[which])
 
-    def carry_out(self, world: GridWorld, which: np.ndarray, came: np.ndarray, stood: np.ndarray) -> np.ndarray:
+    def carry_out(self, world: GridState, which: np.ndarray, came: np.ndarray, stood: np.ndarray) -> np.ndarray:
         here = which[stood]
         candle = world.plan.hazards.among(Where.ON_TABLE, world.orders.hazard[here])
         held = world.holding[here] != NOTHING
@@ -119,17 +116,17 @@ class Looking(GridVerb):
     def places(self, plan: FloorPlan) -> list[list[int]]:
         return [[cell] for cell in lookouts(plan)]
 
-    def place(self, world: GridWorld, which: np.ndarray) -> np.ndarray:
+    def place(self, world: GridState, which: np.ndarray) -> np.ndarray:
         return world.orders.destination[which]
 
 
 class Idle(GridVerb):
     """Never done."""
 
-    def place(self, world: GridWorld, which: np.ndarray) -> np.ndarray:
+    def place(self, world: GridState, which: np.ndarray) -> np.ndarray:
         return np.full(len(which), ASIDE)
 
-    def carry_out(self, world: GridWorld, which: np.ndarray, came: np.ndarray, stood: np.ndarray) -> np.ndarray:
+    def carry_out(self, world: GridState, which: np.ndarray, came: np.ndarray, stood: np.ndarray) -> np.ndarray:
         return np.zeros(len(which), bool)
 
 
@@ -139,7 +136,7 @@ class Waiting(Idle):
     def places(self, plan: FloorPlan) -> list[list[int]]:
         return [[cell] for cell in range(len(plan.caregiver_cells))]
 
-    def place(self, world: GridWorld, which: np.ndarray) -> np.ndarray:
+    def place(self, world: GridState, which: np.ndarray) -> np.ndarray:
         cell = world.orders.destination[which]
         return np.where(cell == NOTHING, STAY, cell)
 

@@ -26,7 +26,8 @@ from caregiver_mj.children.behaviour import Sight
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import Random, Tape, start_cells
 from caregiver_mj.errors import CaregiverError, check_integer, check_kind
-from caregiver_mj.grid.eyes import Eyes
+from caregiver_mj.grid.eyes import GridEyes
+from caregiver_mj.grid.state import GridState, shown
 from caregiver_mj.grid.verbs import GRID_VERBS
 from caregiver_mj.interventions.verb import BLOCK, DO_NOTHING, LOOK, VERBS, Interventions, half_of, verb_of
 from caregiver_mj.plans.cell_graph import Target
@@ -39,29 +40,14 @@ from caregiver_mj.recording.ledger import BLOCKED, Ledger
 CAREGIVER_ACTIONS = int(PAPER.cells)  # in a novice timestep
 
 
-class GridWorld:
+class GridWorld(GridState):
     """A batch of B episodes on one floor plan, with K children each.
 
-    All of the state is public and lies side by side, for verbs change it and tests look at it; all arrays have the
-    episode as first dimension.
-
     Attributes:
-        plan: The house.
         behaviours: What decides the moves of each child, K.
         caregiver: Who protects them, or None.
-        timestep: Novice timesteps done.
-        child_cell: Free cell of each child, (B, K).
-        goal: Toy bin that each goes to, (B, K).
-        bumped: Whether the last move of each left it where it was, (B, K).
-        previous_cell: Cell in which each made its last move, (B, K).
-        previous_action: That move, or NOTHING, (B, K).
-        caregiver_cell: The caregiver's cell, (B,).
-        time_left: Share of the timestep that the caregiver has left, (B,).
-        candle_table: Table on which each candle is, or NOTHING, (B, candles).
-        holding: Candle in the caregiver's hand, or NOTHING, (B,).
-        state: What has become of each hazard, a `State`, (B, hazards).
-        orders: Current interventions.
-        done: Whether that has been counted as done already, (B,).
+        sight: What the caregiver sees.
+        eyes: The caregiver's, or None where it sees everything and where there is none.
         ledger: What has happened to the children.
     """
 
@@ -97,7 +83,7 @@ class GridWorld:
             check_house(caregiver, plan)
         self.plan = plan
         self.timestep, self._draws = 0, np.zeros((0, 0, 0, 3))  # of no episode
-        self.eyes: Eyes | None = None  # where it sees everything, and where there is nobody to see it
+        self.eyes: GridEyes | None = None
         self.behaviours = list(Family.of(family).make(plan))
         self.caregiver = caregiver
         self._caregiver_actions = caregiver_actions
@@ -124,7 +110,7 @@ class GridWorld:
             )
         start = np.array([[tape.start for tape in family] for family in tapes])  # (B, K, 3)
         steps = np.array([[tape.steps for tape in family] for family in tapes])  # (B, K, timesteps, 3)
-        self._draws = _shown(np.ascontiguousarray(np.moveaxis(steps, 2, 0)))  # (timesteps, B, K, 3)
+        self._draws = shown(np.ascontiguousarray(np.moveaxis(steps, 2, 0)))  # (timesteps, B, K, 3)
         self.timestep = 0
         plan = self.plan
         landings = len(plan.landings)
@@ -146,7 +132,7 @@ class GridWorld:
         if self.caregiver:
             self.caregiver.reset(batch, [family[0].caregiver_seed for family in tapes], children)
         self.candle_table = starting_tables(plan, self.caregiver, batch)
-        self.eyes = None if self.sight.is_full or not self.caregiver else Eyes(self, self.sight)
+        self.eyes = None if self.sight.is_full or not self.caregiver else GridEyes(self, self.sight)
 
     def step(self) -> None:
         """Run one novice timestep: the children's moves, then the caregiver's actions."""
@@ -179,25 +165,25 @@ class GridWorld:
         """Return what the caregiver sees now."""
         left = self.state != State.AS_PLANNED  # there is nothing more to be done about it
         everything = Percept(
-            _shown(self.child_cell),
-            _shown(self.previous_cell),
-            _shown(self.previous_action),
-            _shown(self.caregiver_cell),
-            _shown(self.candle_table),
-            _shown(self.holding),
-            time_left=_shown(self.time_left),
+            shown(self.child_cell),
+            shown(self.previous_cell),
+            shown(self.previous_action),
+            shown(self.caregiver_cell),
+            shown(self.candle_table),
+            shown(self.holding),
+            time_left=shown(self.time_left),
             clock=np.full(len(self.holding), float(self.timestep)),
             out_of_reach=left if left.any() else None,
             shut=left[:, : len(self.plan.stairwells)] if left.any() else None,
             gone=self.plan.hazards.split(left)[2] if left.any() else None,
-            under_way=_shown(self.orders.hazard),
+            under_way=shown(self.orders.hazard),
         )
         return self.eyes.percept(everything) if self.eyes else everything
 
     def truth(self) -> Truth:
         """Return what no caregiver can see."""
         epsilons = [behaviour.epsilons(len(self.goal)) for behaviour in self.behaviours]
-        return Truth(_shown(self.goal), np.stack(epsilons, axis=1), self.future)
+        return Truth(shown(self.goal), np.stack(epsilons, axis=1), self.future)
 
     def future(self) -> Future:
         """Return what will come to the end of the episode if the caregiver is nowhere."""
@@ -213,12 +199,6 @@ class GridWorld:
             objects.append(np.where(action == NOTHING, NOTHING, self.plan.graph.bumps[before, action]))
         shape = -1, *self.child_cell.shape
         return Future(np.reshape(cells, shape).astype(int), np.reshape(objects, shape).astype(int))
-
-    def forget_orders(self, which: np.ndarray) -> None:
-        """Have the caregiver be about nothing in some worlds, (n,), so that whatever comes next is begun anew."""
-        mask = np.zeros(len(self.holding), bool)
-        mask[which] = True
-        self.orders = Interventions.idle(len(mask)).where(mask, self.orders)
 
     # -- The children ----------------------------------------------------------------------------
 
@@ -245,9 +225,9 @@ class GridWorld:
     def _move(self, child: int, draws: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Move a child; return its harm of each kind, its toys, what it is denied, and whether it met the caregiver."""
         cell, behaviour, caregiver_cell = self.child_cell[:, child], self.behaviours[child], self._seen_caregiver()
-        goal = _shown(self.goal[:, child])
+        goal = shown(self.goal[:, child])
         self.goal[:, child] = behaviour.reconsider(goal, draws[:, 2])
-        action = behaviour.act(Sight(*map(_shown, (cell, goal, caregiver_cell, self.bumped[:, child]))), draws)
+        action = behaviour.act(Sight(*map(shown, (cell, goal, caregiver_cell, self.bumped[:, child]))), draws)
         target, index = self._target[cell, action], self._target_index[cell, action]
         stays = action == NOTHING
         next_cell = np.where(stays, cell, self._next_cell[cell, action])
@@ -333,13 +313,6 @@ class GridWorld:
             handles = np.isin(self.orders.verb, [verb.name for verb, _ in parties if verb.handles])
             self.eyes.turn(was, ~moves & ~(stood & handles))
             self.eyes.look(felt)
-
-
-def _shown(array: np.ndarray) -> np.ndarray:
-    """An array as it is shown to others, who might write into it: that raises, and does not rewrite the world."""
-    view = array.view()
-    view.flags.writeable = False
-    return view
 
 
 def run_episodes(

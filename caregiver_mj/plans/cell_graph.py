@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 import functools
 from collections import deque
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,8 +16,6 @@ from caregiver_mj.plans.hazards import Where
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
-
-    from caregiver_mj.plans.floor_plan import FloorPlan
 
 
 Cell = tuple[int, int]  # (row, column)
@@ -64,12 +62,27 @@ class CellGraph:
     Cells are indices into `FloorPlan.caregiver_cells`; the first of them are the child's, `FloorPlan.free_cells`.
     """
 
-    def __init__(self, plan: FloorPlan):
-        self._plan = plan
-        self._free, self._cells = len(plan.free_cells), len(plan.caregiver_cells)
+    def __init__(
+        self,
+        name: str,
+        symbols: np.ndarray,
+        free_cells: Sequence[Cell],
+        landings: Sequence[Cell],
+        *,
+        stairwells: Sequence[Cell],
+        tables: Sequence[Cell],
+        bins: Sequence[Cell],
+        floor_cells: Sequence[int],
+        mouths: Mapping[Cell, Cell],
+    ):
+        """Take what a `FloorPlan` has under these names, its symbols as (rows, columns)."""
+        self._name, self._symbols, self._mouths = name, symbols, mouths
+        self._stairwells, self._tables, self._bins, self._floor_cells = stairwells, tables, bins, floor_cells
+        places = [*free_cells, *landings]
+        self._free, self._cells = len(free_cells), len(places)
         # The index of the cell at each place of the plan, -1 where nobody can stand.
-        self._index = np.full(plan.shape, -1)
-        rows, columns = np.array(plan.caregiver_cells, int).reshape(-1, 2).T
+        self._index = np.full(symbols.shape, -1)
+        rows, columns = np.array(places, int).reshape(-1, 2).T
         self._index[rows, columns] = np.arange(self._cells)
         self._places = rows, columns
 
@@ -83,20 +96,18 @@ class CellGraph:
             The cell after the move (the same one if it was a bump), the `Target` in the way, and the index
             of that object among `stairwells`, `tables` or `bins` (-1 for free cells and walls).
         """
-        plan = self._plan
-        kinds = np.full(plan.shape, Target.WALL, int)
+        kinds, objects = np.full_like(self._index, Target.WALL), np.full_like(self._index, -1)
         for symbol, kind in _TARGETS.items():
-            kinds[plan.symbols == symbol] = kind
-        objects = np.full(plan.shape, -1)
-        for cells in (plan.stairwells, plan.tables, plan.bins):
+            kinds[self._symbols == symbol] = kind
+        for cells in (self._stairwells, self._tables, self._bins):
             for i, cell in enumerate(cells):
                 objects[cell] = i
         (rows, columns), steps = self._places, np.array(ACTIONS).T  # steps: (2, 4)
         there = rows[: self._free, None] + steps[0], columns[: self._free, None] + steps[1]
         target, index = kinds[there], objects[there]
-        for cell, mouth in plan.mouths.items():  # beside a fence there is no more than that
+        for cell, mouth in self._mouths.items():  # beside a fence there is no more than that
             beside = (there[0] == cell[0]) & (there[1] == cell[1])
-            beside[plan.cell_index[mouth]] = False
+            beside[self._index[mouth]] = False
             target[beside], index[beside] = Target.WALL, -1
         here = np.arange(self._free)[:, None]
         return np.where(target == Target.FREE, self._index[there], here), target, index
@@ -108,7 +119,7 @@ class CellGraph:
         -1 for none of these.
         """
         _, target, index = self.moves
-        tables = np.where(target == Target.TABLE, index + len(self._plan.stairwells), -1)
+        tables = np.where(target == Target.TABLE, index + len(self._stairwells), -1)
         return np.where(target == Target.STAIRWELL, index, tables)
 
     @functools.cached_property
@@ -117,8 +128,14 @@ class CellGraph:
         return tuple(tuple(int(n) for n in around if n >= 0) for around in self.around)
 
     def beside(self, objects: Sequence[Cell]) -> list[list[int]]:
-        """Return for each object the free cells from which one gets at it, north, east, south and west of it."""
-        return [[self._plan.cell_index[cell] for cell in self._plan.approaches(place)] for place in objects]
+        """Return for each object the free cells beside it, north, east, south and west of it, or its mouth."""
+        found = []
+        for row, column in objects:
+            mouth = self._mouths.get((row, column))
+            around = [mouth] if mouth else [(row + down, column + right) for down, right in ACTIONS]
+            cells = (int(self._index[cell]) for cell in around)
+            found.append([cell for cell in cells if 0 <= cell < self._free])
+        return found
 
     # -- Distances -------------------------------------------------------------------------------
 
@@ -146,22 +163,22 @@ class CellGraph:
     @functools.cached_property
     def bin_distances(self) -> np.ndarray:
         """Moves that a child needs to reach into each toy bin, (free cells, bins)."""
-        return self.bump_distances(self._plan.bins)
+        return self.bump_distances(self._bins)
 
     @functools.cached_property
     def table_distances(self) -> np.ndarray:
         """Moves that a child needs to bump into each table, (free cells, tables)."""
-        return self.bump_distances(self._plan.tables)
+        return self.bump_distances(self._tables)
 
     @functools.cached_property
     def floor_distances(self) -> np.ndarray:
         """Moves after which a child takes each thing on the floor, (free cells, things); 1 for one in its cell."""
-        return np.maximum(1, self.child_distances_from(self._plan.floor_cells).T)
+        return np.maximum(1, self.child_distances_from(self._floor_cells).T)
 
     @functools.cached_property
     def stairwell_distances(self) -> np.ndarray:
         """Moves after which a child falls down each stairwell, (free cells, stairwells)."""
-        return self.bump_distances(self._plan.stairwells)
+        return self.bump_distances(self._stairwells)
 
     def breadth_first(self, start: int, closed: Collection[int] = ()) -> dict[int, int]:
         """Search from a cell: for every cell that can be reached, the one before it, nearest cells first.
@@ -225,7 +242,7 @@ class CellGraph:
             finite = np.isfinite(found)
             if found.max(initial=0, where=finite) >= UNREACHABLE:
                 raise CaregiverError(
-                    f"floor plan '{self._plan.name}' must have ways of at most {UNREACHABLE - 1} moves, got more"
+                    f"floor plan '{self._name}' must have ways of at most {UNREACHABLE - 1} moves, got more"
                 )
             distances[first : first + step] = np.where(finite, found, UNREACHABLE)
         return distances

@@ -21,7 +21,7 @@ import importlib.resources
 import numbers
 import os
 import pathlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib.resources.abc import Traversable
 from typing import Any
 
@@ -36,6 +36,9 @@ _FENCED = tuple(kind.symbol for kind in KINDS if kind.fenced)
 _LARGEST_CELL = 1e3  # metres
 _EXCERPT = 100  # characters of a line that an error shows at most
 _Problem = tuple[str, str]  # what is wrong, and the excerpt of `FloorPlanError` that shows it
+# Functions that give a plan by its name, None if the name is none of theirs: `plans/__init__.py` enters those of
+# generated houses, which are made of plans.
+SOURCES: list[Callable[[str], FloorPlan | None]] = []
 DEFAULT_CELL_SIZE = 0.75  # metres; a toddler's timestep at 1.6 km/h is then 1.69 s
 
 
@@ -82,11 +85,9 @@ class FloorPlan:
         if str(name_or_path) in house_names():
             resource = _houses_folder() / f"{name_or_path}.txt"
             return cls.parse(resource.read_text(encoding="utf-8"), str(name_or_path), cell_size, damage)
-        from caregiver_mj.plans import sets  # here, for what it makes are plans
-
-        made = sets.house(str(name_or_path))
-        if made is not None:
-            return cls.parse(made.text, made.name, cell_size, damage)
+        for source in SOURCES:
+            if (made := source(str(name_or_path))) is not None:
+                return cls.parse(made.text, made.name, cell_size, damage)
         path = pathlib.Path(name_or_path)
         try:
             text = read_file(path, LARGEST_PLAN).decode("utf-8-sig")  # some editors begin with a byte order mark
@@ -200,7 +201,17 @@ class FloorPlan:
     @functools.cached_property
     def graph(self) -> CellGraph:
         """Moves and walking distances."""
-        return CellGraph(self)
+        return CellGraph(
+            self.name,
+            self.symbols,
+            self.free_cells,
+            self.landings,
+            stairwells=self.stairwells,
+            tables=self.tables,
+            bins=self.bins,
+            floor_cells=self.floor_cells,
+            mouths=self.mouths,
+        )
 
     @functools.cached_property
     def caregiver_cells(self) -> tuple[Cell, ...]:
@@ -281,10 +292,6 @@ class FloorPlan:
         """Return whether a cell is one of the plan, and wall."""
         height, width = self.shape
         return 0 <= cell[0] < height and 0 <= cell[1] < width and self[cell] == WALL
-
-    def approaches(self, cell: Cell) -> list[Cell]:
-        """Return the free cells from which one gets at what stands in a cell: its neighbours, or its mouth."""
-        return [self.mouths[cell]] if cell in self.mouths else self.free_neighbours(cell)
 
     def free_neighbours(self, cell: Cell) -> list[Cell]:
         """Return the free cells north, east, south and west of a cell."""

@@ -11,8 +11,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from scipy import ndimage
-from scipy.sparse import coo_array, csgraph
 
 from caregiver_mj.errors import FloorPlanError
 from caregiver_mj.plans.cell_graph import BIN, CANDLE, FREE, STAIRWELL, TABLE, WALL, Cell
@@ -108,6 +106,8 @@ def is_drivable(plan: FloorPlan) -> bool:
 
     Worked out from the shapes in `layout` alone, exactly, by the clearances that the robot's own navigation keeps.
     """
+    from scipy.sparse import coo_array, csgraph  # here, for it takes as long to import as all else of the plans
+
     layout, free = Layout(plan), len(plan.free_cells)
     legs = _legs(plan, layout.obstacles)
     on_floor = legs[(legs < free).all(axis=1)]  # landings are no way through
@@ -217,15 +217,17 @@ class _Furnished:
         doorway = np.zeros(shell.shape, bool)
         for cell in shell.doorway_cells:
             doorway[cell] = True
-        self._no_place = ndimage.binary_dilation(doorway)  # in doorways and before them
-        self._near_doorway = ndimage.binary_dilation(doorway, iterations=_NEAR_DOORWAY, mask=~(self.grid == WALL))
+        self._no_place = _spread(doorway)  # in doorways and before them
+        self._near_doorway = doorway
+        for _ in range(_NEAR_DOORWAY):
+            self._near_doorway = _spread(self._near_doorway) & (self.grid != WALL)
 
     def find(self, random: np.random.RandomState, kind: str) -> Cell | None:
         """Draw a cell for a thing, None if there is none."""
         possible = self._possible(kind)
         habits = _HABITS.get(kind, _HABITS[TABLE])
         first = pick(random, list(habits), list(habits.values()))
-        spaced = ~ndimage.binary_dilation(~np.isin(self.grid, (FREE, WALL)), np.ones((3, 3)))
+        spaced = ~_spread(~np.isin(self.grid, (FREE, WALL)), corners=True)
         for free in (possible & spaced, possible):
             for place in (first, *habits):
                 if (cells := free & self._where(place, kind)).any():
@@ -274,3 +276,8 @@ def _ring(padded: np.ndarray) -> list[np.ndarray]:
     """What lies round each cell, from north clockwise: eight arrays (rows, columns), from one padded by 1."""
     height, width = padded.shape[0] - 2, padded.shape[1] - 2
     return [padded[1 + down : 1 + down + height, 1 + right : 1 + right + width] for down, right in _RING]
+
+
+def _spread(mask: np.ndarray, corners: bool = False) -> np.ndarray:
+    """Return the true cells of a mask and those beside them, or also those at their corners."""
+    return np.logical_or.reduce([mask, *_ring(np.pad(mask, 1))[:: 1 if corners else 2]])
