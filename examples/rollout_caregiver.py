@@ -16,7 +16,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from caregiver_mj.caregivers.foresight.child_model import child_chain
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.foresight.options import Options
 from caregiver_mj.caregivers.foresight.value_table import OBJECTIVE, costs
@@ -24,6 +23,7 @@ from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.novice import Novice
 from caregiver_mj.children.tape import Tape
+from caregiver_mj.danger.child_model import child_chain
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.cell_graph import Target

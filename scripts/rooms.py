@@ -29,7 +29,7 @@ _DOWN = 1.05  # between the middles of layers
 _ACROSS = {  # where the rooms stand in their layers: such that no arrow runs through another room
     "cli": 1.6, "viz": 0.0, "experiments": 0.0, "envs": 3.0, "policy": -3.6, "tasks": -0.6,
     "house": -2.0, "grid": 2.6, "caregivers": 3.2, "interventions": 4.6, "recording": -2.0, "robot": 1.5,
-    "children": -4.2, "danger": -1.35, "plans": 1.4, "registry": -3.4, "outside": 3.6, "errors": 0.6,
+    "children": -1.9, "danger": -4.0, "plans": 1.4, "registry": -3.4, "outside": 3.6, "errors": 0.6,
 }  # fmt: skip
 
 

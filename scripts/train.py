@@ -43,7 +43,6 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from caregiver_mj.caregivers.caregiver import Caregiver
-from caregiver_mj.caregivers.foresight.child_model import EPSILONS
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver, each_on_a_table
 from caregiver_mj.caregivers.foresight.options import Cases, Sums
 from caregiver_mj.caregivers.foresight.value_table import candles_at_a_time
@@ -51,6 +50,7 @@ from caregiver_mj.caregivers.learned import OBJECTIVE, LearnedCaregiver, Weights
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import bare_tables
 from caregiver_mj.children.tape import Tape
+from caregiver_mj.danger.child_model import EPSILONS
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -95,18 +95,19 @@ class Teacher(ForesightCaregiver):
         for child, belief in enumerate(np.moveaxis(self.belief.probability[worlds], 1, 0)):
             wants = belief.reshape(len(worlds), -1)[:, values.possible].astype(np.float32)
             sums.add(Cases(every, percept.child_cell[worlds, child], wants))
-        options, openings = sums.options(), len(self.plan.stairwells)
+        options, index = sums.options(), sums.index
         bare = bare_tables(percept.candle_table[worlds], len(self.plan.tables))
         pairs = np.full((*sums.got.shape, len(self.plan.tables)), np.inf)
         if sums.carried.size:
             gone = np.zeros(sums.lying.shape, bool) if percept.gone is None else percept.gone[worlds]
             left = (sums.lying * ~gone).sum(axis=1)[:, None, None]
-            going = options.damage[:, openings + 2 : sums.things.start, None]
+            going = options.damage[:, index.relocations, None]
             found = np.where(sums.got[..., None], sums.carried.min(axis=3) + left, going)
             where = np.nonzero(bare)[1].reshape(len(worlds), 1, -1)
             np.put_along_axis(pairs, np.broadcast_to(where, found.shape), found, axis=2)
-        others = options.damage[:, sums.things], options.damage[:, openings : openings + 2]
-        self.said[worlds] = np.column_stack([options.damage[:, :openings], pairs.reshape(len(worlds), -1), *others])
+        others = options.damage[:, index.pick_ups], options.damage[:, [index.aside, index.stay]]
+        pairs = pairs.reshape(len(worlds), -1)
+        self.said[worlds] = np.column_stack([options.damage[:, index.stairs], pairs, *others])
         return options
 
 

@@ -7,8 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver, first_of_greatest
-from caregiver_mj.caregivers.foresight.child_model import Followers
-from caregiver_mj.caregivers.percept import Percept, bare_tables
+from caregiver_mj.caregivers.percept import Followers, Percept, bare_tables
 from caregiver_mj.children.novice import Novice
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, pick
 from caregiver_mj.danger.chain import ChildChain, expected_visits

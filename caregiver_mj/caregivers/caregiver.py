@@ -11,8 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from caregiver_mj.caregivers.foresight.child_model import Followers
-from caregiver_mj.caregivers.percept import PAPER, Assessment, Pace, Percept, bare_tables
+from caregiver_mj.caregivers.percept import PAPER, Assessment, Followers, Pace, Percept, bare_tables
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.interventions.verb import DO_NOTHING, STAND_ASIDE, VERBS, Interventions
 from caregiver_mj.plans.floor_plan import FloorPlan

@@ -17,12 +17,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver
-from caregiver_mj.caregivers.foresight.child_model import EPSILONS, Followers, child_chain
 from caregiver_mj.caregivers.foresight.foresight import each_on_a_table
 from caregiver_mj.caregivers.foresight.motion import Motion, motion
 from caregiver_mj.caregivers.foresight.value_table import Objective, candles_at_a_time, value_tables
-from caregiver_mj.caregivers.percept import Outlook, Pace, Percept, bare_tables
+from caregiver_mj.caregivers.percept import Followers, Outlook, Pace, Percept, bare_tables
 from caregiver_mj.danger.chain import discounted_entry, expected_hits, first_entry, first_passage
+from caregiver_mj.danger.child_model import EPSILONS, child_chain
 from caregiver_mj.interventions.verb import DO_NOTHING, STAND_ASIDE, Interventions
 from caregiver_mj.plans.cell_graph import UNREACHABLE
 from caregiver_mj.plans.floor_plan import FloorPlan

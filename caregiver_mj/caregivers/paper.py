@@ -8,8 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver, first_of_greatest
-from caregiver_mj.caregivers.foresight.child_model import Followers
-from caregiver_mj.caregivers.percept import Assessment, Percept
+from caregiver_mj.caregivers.percept import Assessment, Followers, Percept
 from caregiver_mj.children.novice import EXPERT_TIMESTEPS, expert_trajectories
 from caregiver_mj.danger import safety
 from caregiver_mj.errors import CaregiverError

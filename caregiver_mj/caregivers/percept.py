@@ -8,12 +8,15 @@ from collections.abc import Callable
 
 import numpy as np
 
+from caregiver_mj.danger.belief import Belief
 from caregiver_mj.danger.chain import ChildChain, first_entry, first_passage, presence
+from caregiver_mj.danger.child_model import CHANGE, child_chain
 from caregiver_mj.danger.tracker import Tracker
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
 HORIZON = 15  # timesteps: in as many the caregiver gets anywhere in most houses, and has moved a candle
+_SURE = 0.9  # probability from which on a child is taken to follow the caregiver
 
 
 @dataclasses.dataclass(frozen=True)
@@ -189,3 +192,22 @@ class Outlook:
 # Made once for a chain.
 _passages = functools.lru_cache(maxsize=4)(first_passage)
 _entries = functools.lru_cache(maxsize=4)(first_entry)
+
+
+class Followers:
+    """Finds out which children go wherever the caregiver is: what it stands beside they stand beside."""
+
+    def __init__(self, plan: FloorPlan, batch: int, children: int):
+        self.belief = Belief(child_chain(plan), batch, children, CHANGE)
+
+    def watch(self, percept: Percept) -> None:
+        """Take in the children's last moves."""
+        if percept.belief:
+            self.belief = percept.belief
+        else:
+            self.belief.watch(percept.previous_cell, percept.previous_action, percept.caregiver_cell)
+
+    @property
+    def there(self) -> np.ndarray:
+        """Whether some child follows the caregiver and hardly ever strays, bool (B,)."""
+        return np.any(self.belief.probability[..., -1, 0] > _SURE, axis=1)

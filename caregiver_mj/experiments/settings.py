@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from caregiver_mj.caregivers.foresight import child_model
 from caregiver_mj.caregivers.registry import CAREGIVERS, find_caregiver, is_caregiver, needs_pictures
 from caregiver_mj.caregivers.remote import SCHEMES, way_of_asking
 from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.children.family import CHILDREN, ChildSpec, Family
 from caregiver_mj.children.tape import Tape
+from caregiver_mj.danger import child_model
 from caregiver_mj.errors import CaregiverError, check_integer, check_kind
 from caregiver_mj.experiments.provenance import origins, source_digest, versions
 from caregiver_mj.outside import plain

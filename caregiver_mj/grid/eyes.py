@@ -6,8 +6,8 @@ import dataclasses
 
 import numpy as np
 
-from caregiver_mj.caregivers.foresight.child_model import CHANGE, child_chain
 from caregiver_mj.caregivers.percept import Percept
+from caregiver_mj.danger.child_model import CHANGE, child_chain
 from caregiver_mj.danger.tracker import Tracker
 from caregiver_mj.grid.state import GridState
 from caregiver_mj.plans.cell_graph import ACTIONS

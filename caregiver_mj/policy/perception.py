@@ -13,9 +13,9 @@ from collections.abc import Callable, Container
 
 import numpy as np
 
-from caregiver_mj.caregivers.foresight.child_model import CHANGE, child_chain
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.children.walk import BUMP_SPEED, WALKING_SPEED
+from caregiver_mj.danger.child_model import CHANGE, child_chain
 from caregiver_mj.danger.tracker import Tracker
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import ACTIONS, Cell

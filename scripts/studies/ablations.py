@@ -17,12 +17,12 @@ import pandas as pd
 
 from caregiver_mj.caregivers.baselines import NearestCaregiver
 from caregiver_mj.caregivers.caregiver import Caregiver
-from caregiver_mj.caregivers.foresight.child_model import CHANGE, child_chain
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver, KnowsGoalCaregiver
 from caregiver_mj.caregivers.foresight.value_table import OBJECTIVE
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import HORIZON, Assessment, Outlook, Percept, bare_tables
 from caregiver_mj.danger.belief import Belief
+from caregiver_mj.danger.child_model import CHANGE, child_chain
 from caregiver_mj.experiments import two_level
 from caregiver_mj.grid.world import CAREGIVER_ACTIONS, GridWorld
 from caregiver_mj.plans.cell_graph import Target

@@ -20,7 +20,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from caregiver_mj.caregivers.caregiver import Caregiver
-from caregiver_mj.caregivers.foresight.child_model import CHANGE, EPSILONS, child_chain
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.children.family import CHILDREN, NOVICE, Family, side_by_side
@@ -28,6 +27,7 @@ from caregiver_mj.children.tape import Tape
 from caregiver_mj.children.toddler import SHARE_OF_TIME_WALKING
 from caregiver_mj.danger.belief import Belief
 from caregiver_mj.danger.chain import first_passage
+from caregiver_mj.danger.child_model import CHANGE, EPSILONS, child_chain
 from caregiver_mj.experiments.intervals import Estimate, of_ratio
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan

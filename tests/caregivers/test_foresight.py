@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 import pytest
 
-from caregiver_mj.caregivers.foresight.child_model import EPSILONS, child_chain
 from caregiver_mj.caregivers.foresight.foresight import (
     ForesightCaregiver,
     KnowsGoalCaregiver,
@@ -26,6 +25,7 @@ from caregiver_mj.caregivers.percept import Pace, Percept
 from caregiver_mj.caregivers.told import ToldCaregiver, Truth
 from caregiver_mj.children.family import Family, side_by_side
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
+from caregiver_mj.danger.child_model import EPSILONS, child_chain
 from caregiver_mj.grid.world import GridWorld, run_episodes
 from caregiver_mj.interventions.verb import BLOCK, RELOCATE
 from caregiver_mj.plans.floor_plan import FloorPlan

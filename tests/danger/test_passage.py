@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from caregiver_mj.caregivers.foresight.child_model import child_chain
 from caregiver_mj.danger.chain import (
     ChildChain,
     discounted_entry,
@@ -12,6 +11,7 @@ from caregiver_mj.danger.chain import (
     first_passage,
     presence,
 )
+from caregiver_mj.danger.child_model import child_chain
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 

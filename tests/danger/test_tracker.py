@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from caregiver_mj.caregivers.foresight.child_model import CHANGE, child_chain
 from caregiver_mj.danger.belief import Belief
 from caregiver_mj.danger.chain import ChildChain
+from caregiver_mj.danger.child_model import CHANGE, child_chain
 from caregiver_mj.danger.tracker import Tracker
 from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.floor_plan import FloorPlan

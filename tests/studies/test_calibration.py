@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from caregiver_mj.caregivers.foresight.child_model import EPSILONS
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import Tape
+from caregiver_mj.danger.child_model import EPSILONS
 from caregiver_mj.plans.floor_plan import FloorPlan
 from studies import calibration
 from studies.calibration import (

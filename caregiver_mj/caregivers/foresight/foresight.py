@@ -12,8 +12,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver
-from caregiver_mj.caregivers.foresight.child_model import CHANGE, EPSILONS, child_chain
 from caregiver_mj.caregivers.foresight.motion import Motion, motion
+from caregiver_mj.caregivers.foresight.option_index import OptionIndex
 from caregiver_mj.caregivers.foresight.options import Cases, Options, Sums, first_of_least, regret
 from caregiver_mj.caregivers.foresight.value_table import (
     OBJECTIVE,
@@ -27,9 +27,10 @@ from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Assessment, Outlook, Percept, bare_tables
 from caregiver_mj.caregivers.told import ToldCaregiver, Truth
 from caregiver_mj.danger.belief import Belief
+from caregiver_mj.danger.child_model import CHANGE, EPSILONS, child_chain
 from caregiver_mj.interventions.verb import DO_NOTHING, LOOK, STAND_ASIDE, Interventions
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import NOTHING, Where
+from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.visibility import ALL_ROUND, lookouts, visibility
 
 # By how much something else must be better than what it is about, as a share of all damage that is to come: so that it
@@ -102,6 +103,13 @@ class ForesightCaregiver(Caregiver):
         return motion(self.plan, self.pace, self._lookouts)
 
     @property
+    def index(self) -> OptionIndex:
+        """The numbers of its options."""
+        plan = self.plan
+        things = len(plan.stairwells), len(plan.candle_tables), len(plan.floor_cells)
+        return OptionIndex(*things, len(self._lookouts), len(plan.caregiver_cells))
+
+    @property
     def _lookouts(self) -> tuple[int, ...]:
         return () if self.sight.is_full else lookouts(self.plan)
 
@@ -128,12 +136,13 @@ class ForesightCaregiver(Caregiver):
         answer = Interventions.idle(len(percept.caregiver_cell))
         lying = self._within_reach_on_the_floor(percept)
         # Whoever has a candle in the hand puts it down first, and one on the floor is picked up before anything else.
-        empty = percept.holding == NOTHING
-        stairwells = len(self.plan.stairwells)
+        empty, index = percept.holding == NOTHING, self.index
         for world in np.flatnonzero(empty & lying.any(axis=1)):
             candle = lying[world].argmax()
             destination = self.destination(percept, np.full(len(lying), candle))[world]
-            self._order(answer, np.array([world]), np.array([stairwells + 2 + candle]), np.array([destination]))
+            self._order(
+                answer, np.array([world]), np.array([index.relocations.start + candle]), np.array([destination])
+            )
         free = empty & ~lying.any(axis=1)
         understood = self.belief.understood.all(axis=1)
         by_rule = free & ~(understood & self._plans)
@@ -147,10 +156,9 @@ class ForesightCaregiver(Caregiver):
         if worlds.size and len(self.plan.hazards):
             options = self.options(each_on_a_table(self.plan, percept), worlds)
             chosen = self.best(options, percept, worlds)
-            here = options.damage.shape[1] - len(self.plan.caregiver_cells) + percept.caregiver_cell[worlds]
-            chosen = np.where(chosen == stairwells + 1, here, chosen)  # to stay is to wait where it is
-            number = np.where(chosen - 2 < len(self.plan.hazards), chosen - 2, NOTHING)
-            candle = self.plan.hazards.among(Where.ON_TABLE, number)
+            here = index.waits.start + percept.caregiver_cell[worlds]
+            chosen = np.where(chosen == index.stay, here, chosen)  # to stay is to wait where it is
+            candle = index.among(index.relocations, chosen)
             each = np.arange(len(worlds))
             table = options.table[each, candle] if options.table.size else candle
             self._order(answer, worlds, chosen, np.where(candle == NOTHING, NOTHING, table))
@@ -183,7 +191,7 @@ class ForesightCaregiver(Caregiver):
             parts[-1][1].add(cases)
         options = functools.reduce(Sums.plus, [sums.by_world(cases) for cases, sums in parts]).options()
         if not self._regrets:
-            options.damage[:, parts[0][1].things.stop :] = np.inf
+            options.damage[:, self.index.looks.start :] = np.inf
             return options
         seen = visibility(self.plan, self.sight).seen[:, ALL_ROUND]
         options.damage[:] += regret(parts, seen, self._regrets)
@@ -201,32 +209,25 @@ class ForesightCaregiver(Caregiver):
         """Return the number of the option to take in some worlds, (W,)."""
         damage = options.damage.copy()
         if percept.out_of_reach is not None:
-            openings, *others = self.plan.hazards.split(percept.out_of_reach[worlds])
-            barred = np.concatenate([openings, np.zeros((len(worlds), 2), bool), *others], axis=1)
-            looks = damage.shape[1] - barred.shape[1]
-            barred = np.pad(barred, ((0, 0), (0, looks)))
-            damage = np.where(barred, np.inf, damage)
+            damage[self.index.of_hazards(percept.out_of_reach[worlds], others=False)] = np.inf
         goes_on = np.arange(damage.shape[1]) == self._begun[worlds, None]
         return first_of_least(damage - goes_on * self._hysteresis * damage.min(axis=1, keepdims=True))
 
     def destination(self, percept: Percept, candle: np.ndarray) -> np.ndarray:
         """Return the table that was chosen with the candle, as long as it is bare; else the farthest one."""
-        chosen = np.where(self._begun == len(self.plan.stairwells) + 2 + candle, self._table, NOTHING)
+        chosen = np.where(self._begun == self.index.relocations.start + candle, self._table, NOTHING)
         bare = bare_tables(percept.candle_table, len(self.plan.tables))[np.arange(len(chosen)), chosen]
         return np.where(bare & (chosen != NOTHING), chosen, super().destination(percept, candle))
 
     def _order(self, answer: Interventions, worlds: np.ndarray, option: np.ndarray, table: np.ndarray) -> None:
-        stairwells = len(self.plan.stairwells)
-        rest = np.where(option == stairwells, STAND_ASIDE, DO_NOTHING)
-        hazards = len(self.plan.hazards)
-        hazard = np.where(option < stairwells, option, np.where(option < stairwells + 2, NOTHING, option - 2))
-        looks = option - hazards - 2  # from which lookout
-        waits = looks - len(self._lookouts)  # in which cell
-        hazard = np.where(looks >= 0, NOTHING, hazard)
-        rest = np.where((looks >= 0) & (waits < 0), LOOK, rest)
+        index = self.index
+        hazard, look = index.hazard(option), index.among(index.looks, option)
+        cell = index.among(index.waits, option)
+        rest = np.select([option == index.aside, look != NOTHING], [STAND_ASIDE, LOOK], DO_NOTHING)
         verb = np.append(self.plan.hazards.verb, "")[hazard]
         answer.hazard[worlds], answer.verb[worlds] = hazard, np.where(hazard == NOTHING, rest, verb)
-        answer.destination[worlds] = self._table[worlds] = np.select([waits >= 0, looks >= 0], [waits, looks], table)
+        where = np.select([cell != NOTHING, look != NOTHING], [cell, look], table)
+        answer.destination[worlds] = self._table[worlds] = where
         self._begun[worlds] = option
 
     def _within_reach_on_the_floor(self, percept: Percept) -> np.ndarray:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from caregiver_mj.caregivers.foresight.motion import Motion
+from caregiver_mj.caregivers.foresight.option_index import OptionIndex
 from caregiver_mj.caregivers.foresight.value_table import ValueTable
 from caregiver_mj.caregivers.percept import Percept, bare_tables
 from caregiver_mj.plans.hazards import NOTHING
@@ -25,11 +26,9 @@ _SUMMED = ("going", "carried", "lying", "then")  # what `Sums` add up
 class Options:
     """Everything that can be done in W worlds, and what is then to be expected.
 
-    In this order: to block each stairwell or close its gate, to stand aside, to stay, to relocate each candle, to pick
-    up each thing on the floor, to look from each lookout, to wait in each cell that it comes to by then.
-
     Attributes:
-        damage: Expected damage to come, (W, options).
+        damage: Expected damage to come, (W, options), in the order of `OptionIndex`; infinite for what cannot be done,
+            such as to wait in a cell that it does not come to by the child's next move.
         table: The best table for each candle, (W, candles), or NOTHING if none is bare.
     """
 
@@ -82,8 +81,9 @@ class Sums:
         which: The world of each case, (N,), in order.
         percept: What is seen.
         worlds: The indices of the worlds in that, (W,).
-        going: Damage to come by where the caregiver goes now and by the candles that are planned for, (N, posts, aside,
-            stay, candles, things, lookouts and cells, groups of candles).
+        index: The numbers of the options.
+        going: Damage to come by what the caregiver does now and by the candles that are planned for, (N, options,
+            groups of candles).
         carried: The same if a candle is in the hand by the child's next move, (N, candles, bare tables, groups).
         got: Whether it is, bool (N, candles).
         near: Whether it reaches each cell by then, bool (N, R).
@@ -96,6 +96,7 @@ class Sums:
     which: np.ndarray
     percept: Percept
     worlds: np.ndarray
+    index: OptionIndex
     going: np.ndarray
     carried: np.ndarray
     got: np.ndarray
@@ -109,7 +110,7 @@ class Sums:
         count, candles, things = len(which), percept.candle_table.shape[1], len(motion.floor)
         groups = math.comb(candles, values.layouts.candles)
         cells = motion.around.shape[1]
-        options = len(motion.posts) + 2 + candles + things + len(motion.lookouts) + cells
+        index = OptionIndex(len(motion.posts), candles, things, len(motion.lookouts), cells)
         bare = len(motion.stands) - np.count_nonzero(percept.candle_table[worlds[:1]] != NOTHING)
         return cls(
             values,
@@ -117,7 +118,8 @@ class Sums:
             which,
             percept,
             worlds,
-            going=np.zeros((count, options, groups), np.float32),
+            index,
+            going=np.zeros((count, len(index), groups), np.float32),
             carried=np.zeros((count, candles, bare, groups), np.float32),
             got=np.ones((count, candles), bool),
             near=np.ones((count, cells), bool),
@@ -128,7 +130,7 @@ class Sums:
     def add(self, cases: Cases) -> None:
         """Add what is to be expected of a child in each case."""
         here, belief = cases.cell, cases.wants
-        values, motion, candles = self.values, self.motion, self.got.shape[1]
+        values, motion, index, candles = self.values, self.motion, self.index, self.index.candles
         worlds = self.worlds[self.which]
         cell, tables = self.percept.caregiver_cell[worlds], self.percept.candle_table[worlds]
         left = np.ones(len(worlds)) if self.percept.time_left is None else self.percept.time_left[worlds]
@@ -139,19 +141,20 @@ class Sums:
         layout = values.layouts.now(tables[:, chosen])  # (N, groups)
         stays = np.array([[candle not in group for candle in range(candles)] for group in groups])
         bare = np.nonzero(bare_tables(tables, len(motion.stands)))[1].reshape(len(tables), -1)  # (N, bare tables)
-        places = [*range(len(motion.posts)), motion.aside, motion.aside + 1]
-        numbers = dict(enumerate(places)) | dict(enumerate(motion.lookouts, self.things.stop))
+        places = dict(enumerate(range(index.stairwells))) | {index.aside: motion.aside, index.stay: motion.aside + 1}
+        places |= dict(enumerate(motion.lookouts, index.looks.start))
         staying = np.einsum("wcs,ws->wc", values.staying[here[:, None], tables], belief) @ stays.T  # (N, groups)
         self.going[:] += staying[:, None]
         self.lying[:] += np.einsum("wos,ws->wo", values.taken[here], belief)
         self.then[:] += np.einsum("towgs,ws->wtog", values.others[:, :, layout, here[:, None]], belief)
-        for option, place in numbers.items():
+        for option, place in places.items():
             there, then, share = motion.walk(place, here, cell, left)
             found, onwards = (values.at(layout, here[:, None], at[:, None]) for at in (there, then))
             found += share[:, None, None] * (onwards - found)
             self.going[:, option] += np.einsum("wgs,ws->wg", found, belief)
         self._wait(layout, here, cell, left, belief)
-        for thing, option in enumerate(range(self.things.start, self.things.stop)):
+        for thing in range(index.things):
+            option = index.pick_ups.start + thing
             self.going[:, option] += np.einsum("wgs,ws->wg", values.picking_up(thing, layout, here, cell, left), belief)
         # What is to come on the way, and from when a candle is in the hand if it is by the child's next move.
         for candle, source in enumerate(tables.T):
@@ -159,7 +162,7 @@ class Sums:
             in_hand = got == 1.0
             self.got[:, candle] &= in_hand
             found = np.einsum("wgs,ws->wg", values.at(layout, here[:, None], there[:, None]), belief)
-            self.going[:, len(places) + candle] += found
+            self.going[:, index.relocations.start + candle] += found
             stand = np.where(in_hand, there, motion.stands[source, motion.nearest[source, cell]])
             shape = len(tables), bare.shape[1], len(groups)
             every = (np.broadcast_to(one[:, None, None], shape).ravel() for one in (source, here, stand, rest))
@@ -179,7 +182,7 @@ class Sums:
         self.near[:] &= near
         found, onwards = (self.values.at(layout[state], child[state, None], at[:, None]) for at in (before, there))
         found += share[:, None, None] * (onwards - found)
-        self.going[state, self.waits.start + there] += np.einsum("mgs,ms->mg", found, belief[state])
+        self.going[state, self.index.waits.start + there] += np.einsum("mgs,ms->mg", found, belief[state])
 
     def by_world(self, cases: Cases) -> Sums:
         """Return what is to be expected of a child in each world, by that in each case."""
@@ -193,54 +196,40 @@ class Sums:
         got, near = self.got & other.got, self.near & other.near
         return dataclasses.replace(self, got=got, near=near, **sums)
 
-    @property
-    def things(self) -> slice:
-        """The options of picking things up."""
-        first = len(self.motion.posts) + 2 + self.got.shape[1]
-        return slice(first, first + len(self.motion.floor))
-
-    @property
-    def waits(self) -> slice:
-        """The options of waiting in each cell, the last ones."""
-        last = self.going.shape[1]
-        return slice(last - self.near.shape[1], last)
-
     def ends(self) -> tuple[np.ndarray, np.ndarray]:
         """Return to which cell each option takes the caregiver, and after how many moves of a child, (W, options)."""
-        motion, cell = self.motion, self.percept.caregiver_cell[self.worlds][:, None]
-        posts, table = len(motion.posts), self.percept.candle_table[self.worlds]
-        place = np.full((len(cell), self.going.shape[1]), NOTHING)  # to stand aside is taken for staying
-        place[:, :posts] = range(posts)
-        place[:, posts + 2 : self.things.start] = posts + table
-        place[:, self.things] = motion.floor
-        place[:, self.things.stop : self.waits.start] = motion.lookouts
+        motion, index, cell = self.motion, self.index, self.percept.caregiver_cell[self.worlds][:, None]
+        place = np.full((len(cell), len(index)), NOTHING)  # to stand aside is taken for staying
+        place[:, index.stairs] = range(index.stairwells)
+        place[:, index.relocations] = index.stairwells + self.percept.candle_table[self.worlds]
+        place[:, index.pick_ups] = motion.floor
+        place[:, index.looks] = motion.lookouts
         left = 1.0 if self.percept.time_left is None else self.percept.time_left[self.worlds][:, None]
         moves = np.maximum(0.0, motion.open_distance[place, cell] / motion.pace.cells - left)
         stays = place == NOTHING
         ends, moves = np.where(stays, cell, motion.end[place, cell]), np.where(stays, 0.0, moves)
-        ends[:, self.waits] = range(self.near.shape[1])
+        ends[:, index.waits] = range(index.cells)
         return ends, moves
 
     def options(self) -> Options:
         """Return what can be done in each case, and the best tables for it."""
         worlds, motion = self.worlds[self.which], self.motion
-        tables, candles = self.percept.candle_table[worlds], self.got.shape[1]
+        tables, index = self.percept.candle_table[worlds], self.index
         bare = np.nonzero(bare_tables(tables, len(motion.stands)))[1].reshape(len(tables), -1)
         gone = np.zeros(self.lying.shape, bool) if self.percept.gone is None else self.percept.gone[worlds]
-        relocates, things = slice(len(motion.posts) + 2, self.things.start), self.things
         lying = self.lying * ~gone
         all_left = lying.sum(axis=1, keepdims=True)
         going = self.going.copy()
         # Of the other things those are picked up after one for which that is better than to leave them.
-        going[:, things] += np.minimum(self.then, lying[:, None, :, None]).sum(axis=2) - all_left[..., None]
+        going[:, index.pick_ups] += np.minimum(self.then, lying[:, None, :, None]).sum(axis=2) - all_left[..., None]
         damage = going.min(axis=2) + all_left
-        damage[:, things][gone] = np.inf
-        damage[:, self.waits][~self.near] = np.inf
+        damage[:, index.pick_ups][gone] = np.inf
+        damage[:, index.waits][~self.near] = np.inf
         if not self.carried.size:
-            damage[:, relocates] = np.inf
-            return Options(damage, np.full((len(worlds), candles), NOTHING))
+            damage[:, index.relocations] = np.inf
+            return Options(damage, np.full((len(worlds), index.candles), NOTHING))
         by_table = self.carried.min(axis=3) + all_left[..., None]  # (N, candles, bare tables)
-        damage[:, relocates] = np.where(self.got, by_table.min(axis=2), damage[:, relocates])
+        damage[:, index.relocations] = np.where(self.got, by_table.min(axis=2), damage[:, index.relocations])
         return Options(damage, np.take_along_axis(bare, first_of_least(by_table), axis=1))
 
 
@@ -257,7 +246,7 @@ def regret(parts: Sequence[tuple[Cases, Sums]], seen: np.ndarray, timesteps: int
     _, one = parts[0]
     place, moves = one.ends()
     moves = np.minimum(moves, timesteps)
-    decisions = one.things.stop  # to look is to put one off
+    decisions = one.index.looks.start  # to look is to put one off
     each = [np.minimum(sums.options().damage[:, :decisions], _MOST) for _, sums in parts]
     means = [cases.each_world(damage) for (cases, _), damage in zip(parts, each, strict=True)]
     regrets = np.zeros(place.shape)
@@ -267,7 +256,7 @@ def regret(parts: Sequence[tuple[Cases, Sums]], seen: np.ndarray, timesteps: int
         hidden = ~seen[place[cases.which], cases.cell[:, None]]  # (N, options)
         done = cases.each_world(hidden[:, :, None] * damage[:, None]).min(axis=2)
         best = cases.each_world(hidden * damage.min(axis=1)[:, None])
-        now = (done - best)[:, [len(one.motion.posts) + 1]]  # it stays
+        now = (done - best)[:, [one.index.stay]]
         regrets += moves * now + (timesteps - moves) * (done - best)
     return regrets
 

@@ -31,10 +31,10 @@ import math
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 
-from caregiver_mj.caregivers.foresight.child_model import child_chain
 from caregiver_mj.caregivers.foresight.motion import motion
 from caregiver_mj.caregivers.percept import PAPER, Pace
 from caregiver_mj.danger.chain import ChildChain, discounted_entry, expected_hits
+from caregiver_mj.danger.child_model import child_chain
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, TABLE, Where

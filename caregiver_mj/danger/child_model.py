@@ -6,10 +6,8 @@ import functools
 
 import numpy as np
 
-from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.children.novice import Novice
 from caregiver_mj.children.robot_related import Adversary
-from caregiver_mj.danger.belief import Belief
 from caregiver_mj.danger.chain import ChildChain
 from caregiver_mj.plans.cell_graph import ACTIONS, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -21,7 +19,6 @@ OTHERS = (0, 2)  # those that a child of another kind than the novice may have: 
 # .002 was better by 0.2 % of the damage, with a standard error of 0.7 %: not by enough to tell.
 CHANGE = 0.005
 PRIOR = {"novice": 0.85, "explorer": 0.05, "hazard": 0.05, "caregiver": 0.05}  # probability of each kind
-_SURE = 0.9  # probability from which on a child is taken to follow the caregiver
 
 
 @functools.lru_cache(maxsize=4)
@@ -94,22 +91,3 @@ def _to_nearest_hazard(plan: FloorPlan) -> np.ndarray:
     there = np.where(plan.graph.bumps >= 0, 0.0, nearest[next_cell])
     closer = there < nearest[:, None]
     return closer / closer.sum(axis=1, keepdims=True)
-
-
-class Followers:
-    """Finds out which children go wherever the caregiver is: what it stands beside they stand beside."""
-
-    def __init__(self, plan: FloorPlan, batch: int, children: int):
-        self.belief = Belief(child_chain(plan), batch, children, CHANGE)
-
-    def watch(self, percept: Percept) -> None:
-        """Take in the children's last moves."""
-        if percept.belief:
-            self.belief = percept.belief
-        else:
-            self.belief.watch(percept.previous_cell, percept.previous_action, percept.caregiver_cell)
-
-    @property
-    def there(self) -> np.ndarray:
-        """Whether some child follows the caregiver and hardly ever strays, bool (B,)."""
-        return np.any(self.belief.probability[..., -1, 0] > _SURE, axis=1)
