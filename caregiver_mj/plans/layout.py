@@ -25,28 +25,6 @@ WALL_THICKNESS = 0.25  # metres, as of a brick wall
 GATE_OPEN, GATE_SHUT = math.radians(78.0), math.radians(1.0)  # how far gates stand open at first; latched, at most
 WALL_HEIGHT = 0.90  # metres; cut low like a doll's house, so that cameras see in
 CEILING = 2.4  # metres above the floor, where cameras hang
-# Sizes that the models have: by name the model, its geom, which number of its size, and how many times that.
-_SIZES = {
-    "TABLE_HALF_SIZE": ("table", "top", 0, 1),
-    "TABLE_HEIGHT": ("table", "top", 2, 2),
-    "BIN_HALF_SIZE": ("toy_bin", "box", 0, 1),
-    "CANDLE_RADIUS": ("candle", "wax", 0, 1),
-    "CANDLE_HEIGHT": ("candle", "wax", 1, 2),
-    "THING_RADIUS": ("battery", "side_0", 0, 1),
-    "CHILD_RADIUS": ("toddler", "body", 0, 1),
-}
-
-
-def __getattr__(name: str) -> float:
-    """Return a size in metres, read from its model when it is first asked for and not at import."""
-    if name not in _SIZES:
-        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    return globals().setdefault(name, _size(*_SIZES[name]))
-
-
-@functools.cache
-def _size(model: str, geom: str, number: int, times: int) -> float:
-    return times * _numbers(_find(model, "geom", geom), "size")[number]
 
 
 def _find(model: str, tag: str, name: str) -> ElementTree.Element:
@@ -55,6 +33,7 @@ def _find(model: str, tag: str, name: str) -> ElementTree.Element:
     return found
 
 
+@functools.cache
 def _model(name: str) -> ElementTree.Element:
     file = importlib.resources.files("caregiver_mj.models") / f"{name}.xml"
     return ElementTree.fromstring(file.read_text(encoding="utf-8"))
@@ -62,6 +41,19 @@ def _model(name: str) -> ElementTree.Element:
 
 def _numbers(element: ElementTree.Element, attribute: str) -> tuple[float, ...]:
     return tuple(float(number) for number in element.attrib[attribute].split())
+
+
+def _sizes(model: str, geom: str) -> tuple[float, ...]:
+    return _numbers(_find(model, "geom", geom), "size")
+
+
+# Sizes that the models have, metres.
+TABLE_HALF_SIZE, _, _half_height = _sizes("table", "top")
+TABLE_HEIGHT = 2 * _half_height
+BIN_HALF_SIZE, *_ = _sizes("toy_bin", "box")
+CANDLE_RADIUS, *_ = _sizes("candle", "wax")
+THING_RADIUS, *_ = _sizes("battery", "side_0")
+CHILD_RADIUS, *_ = _sizes("toddler", "body")
 
 
 class Thing(NamedTuple):
@@ -132,12 +124,12 @@ class Layout:
     @functools.cached_property
     def tables(self) -> np.ndarray:
         """The footprints of all tables in the order of `plan.tables`, (n, 4)."""
-        return self._squares(self.plan.tables, _size(*_SIZES["TABLE_HALF_SIZE"]))
+        return self._squares(self.plan.tables, TABLE_HALF_SIZE)
 
     @functools.cached_property
     def bins(self) -> np.ndarray:
         """The footprints of all toy bins in the order of `plan.bins`, (n, 4)."""
-        return self._squares(self.plan.bins, _size(*_SIZES["BIN_HALF_SIZE"]))
+        return self._squares(self.plan.bins, BIN_HALF_SIZE)
 
     @functools.cached_property
     def stairs(self) -> np.ndarray:
