@@ -23,7 +23,7 @@ from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.cli import make_parser
 from caregiver_mj.envs.spaces import STRIKE_COST
 from caregiver_mj.recording.record import COLUMNS
-from caregiver_mj.robot.embodiment import Layout
+from caregiver_mj.robot.embodiment import CommandLayout
 from caregiver_mj.robot.embodiments import EMBODIMENTS
 from caregiver_mj.tasks import TASKS
 from caregiver_mj.tasks.base import OBSERVED
@@ -98,7 +98,7 @@ def _action_of(robot: str) -> str:
     return f"{head}\n\n{table(['', 'name', 'least', 'most', 'unit', 'is'], rows)}"
 
 
-def _value_of(layout: Layout, number: int, name: str) -> tuple[str, str]:
+def _value_of(layout: CommandLayout, number: int, name: str) -> tuple[str, str]:
     """The unit of a value of an action, and what it is."""
     if number in range(layout.size)[layout.base]:
         return ("rad/s", "rate of turning") if "yaw" in name else ("m/s", "velocity in the house's axes")

@@ -11,7 +11,7 @@ from gymnasium import spaces
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.rendering import control
-from caregiver_mj.robot.embodiment import Layout
+from caregiver_mj.robot.embodiment import CommandLayout
 
 # What a child or a robot does that moves as it should lies well within these; what wild actions do is cut off.
 _SPEED, _TURN_RATE = 2.0, 26.0  # m/s, rad/s; a child that turns round is the fastest of all that turns
@@ -100,6 +100,6 @@ def _bounds(env: control.Environment) -> dict[str, Bounds]:
     return bounds
 
 
-def _within(action: specs.BoundedArray, layout: Layout, part: str, slack: float) -> Bounds:
+def _within(action: specs.BoundedArray, layout: CommandLayout, part: str, slack: float) -> Bounds:
     which = getattr(layout, part)
     return action.minimum[which] - slack, action.maximum[which] + slack

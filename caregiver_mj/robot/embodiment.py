@@ -46,7 +46,7 @@ class Names:
 
 
 @dataclasses.dataclass(frozen=True)
-class Layout:
+class CommandLayout:
     """Where what is in an array of commands."""
 
     base: slice  #: velocities along x, along y and about z
@@ -114,8 +114,8 @@ class Embodiment:
     name: str  #: its name
     model: Traversable  #: the model file
     names: Names  #: what is what in it
-    layout: Layout  #: of an action
-    actuators: Layout  #: of the model's actuators, in which the gripper has two fingers
+    layout: CommandLayout  #: of an action
+    actuators: CommandLayout  #: of the model's actuators, in which the gripper has two fingers
     footprint: float  #: radius of the circle about the base's middle in which all of the base is
     wheels: Wheels  #: where the wheels are, which turn to where the base moves
     torque: np.ndarray  #: what the arm's motors can do, of each joint, N m, (joints,)

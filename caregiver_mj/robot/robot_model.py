@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.robot.embodiment import Embodiment, Layout, Names, Tray, Wheels
+from caregiver_mj.robot.embodiment import CommandLayout, Embodiment, Names, Tray, Wheels
 
 
 def own_model(name: str) -> Traversable:
@@ -66,17 +66,17 @@ class RobotModel:
             **own,
         )
 
-    def actuators(self) -> Layout:
+    def actuators(self) -> CommandLayout:
         """Return where the actuators of base, arm and fingers are."""
         names = self._names
         base, arm, fingers = (self._driven(joints) for joints in (names.base, names.arm, names.fingers))
-        return Layout(base, arm, fingers, size=self._model.nu)
+        return CommandLayout(base, arm, fingers, size=self._model.nu)
 
-    def action(self) -> Layout:
+    def action(self) -> CommandLayout:
         """Return where base, arm and gripper are in an action: as in the actuators, but the fingers share one."""
         actuators = self.actuators()
         gripper = slice(actuators.gripper.start, actuators.gripper.start + 1)
-        return Layout(actuators.base, actuators.arm, gripper, size=gripper.stop)
+        return CommandLayout(actuators.base, actuators.arm, gripper, size=gripper.stop)
 
     def footprint(self) -> float:
         """Return the radius of the circle about the base's middle that its hull fits in, metres."""
