@@ -203,7 +203,7 @@ def test_the_grid_draws_without_mujoco():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"world": "moon"}, "no world 'moon': there are grid, house"),
+        ({"world": "moon"}, "no world 'moon': there are house, grid"),
         ({"camera": "wrist"}, "must be left out in the grid"),
         ({"task_kwargs": SHORT}, "must be left out in the grid"),
         ({"render_mode": "human"}, "no render mode 'human', which needs a window: take rgb_array"),

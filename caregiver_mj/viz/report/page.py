@@ -75,10 +75,10 @@ def write_report(
         )
     runs = sorted(given, key=lambda run: run.rank)
     if render:
-        shown: Film | None = make_film(runs, folders[0], trust=trust)
+        shown: ShownFilm | None = make_film(runs, folders[0], trust=trust)
     else:
         there = (path for folder in folders for path in sorted(pathlib.Path(folder).glob("*.mp4")))
-        shown = next((Film(path, path.name) for path in ([pathlib.Path(film)] if film else there)), None)
+        shown = next((ShownFilm(path, path.name) for path in ([pathlib.Path(film)] if film else there)), None)
     on_page = None if shown is None else {"name": shown.caption, "data": shown.data()}
     sections, beside = [section(run) for run in runs], side_by_side(runs)
     several, cited = (any(part[what] for part in sections) for what in ("several", "cited"))
@@ -210,7 +210,7 @@ def nearest_is_the_rule(run: Run) -> bool:
 
 
 @dataclasses.dataclass(frozen=True)
-class Film:
+class ShownFilm:
     """A film and what to say about it."""
 
     path: pathlib.Path
@@ -236,7 +236,7 @@ class Film:
         return f"data:video/mp4;base64,{base64.b64encode(content).decode()}"
 
 
-def make_film(runs: Sequence[Run], folder: str | os.PathLike[str], *, trust: bool = False) -> Film:
+def make_film(runs: Sequence[Run], folder: str | os.PathLike[str], *, trust: bool = False) -> ShownFilm:
     """Film the first episode of a run of a report into a folder.
 
     Raises:
@@ -271,4 +271,4 @@ def make_film(runs: Sequence[Run], folder: str | os.PathLike[str], *, trust: boo
         **_PICTURE,
     )
     whose = "of the run" if run.settings.world == "house" else "with the children of the run in the grid"
-    return Film(path, f"Episode 0 {whose}, {family_name(family)}, caregiver {run.caregiver}")
+    return ShownFilm(path, f"Episode 0 {whose}, {family_name(family)}, caregiver {run.caregiver}")
