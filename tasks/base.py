@@ -19,7 +19,7 @@ from caregiver_mj.children.walk import WALKING_SPEED, novice_timestep
 from caregiver_mj.errors import CaregiverError, check_kind, check_number
 from caregiver_mj.house.candles import Candles, watch_candle
 from caregiver_mj.house.children import Children
-from caregiver_mj.house.eyes import Eyes
+from caregiver_mj.house.eyes import RobotEyes
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.rendering import control
 from caregiver_mj.house.sensing import Sensing, Sensor
@@ -166,7 +166,7 @@ class CareTask(control.Task):
         self.candles = Candles(rectangles, _draw_heights(table_height, len(plan.tables), self.random))
         self.things = Things(plan)
         self.sensing, self.sight = Sensing.of(sensing), Sight.of(sight)
-        self._eyes = Eyes(plan, self.sight) if robot and not self.sight.is_full else None
+        self._eyes = RobotEyes(plan, self.sight) if robot and not self.sight.is_full else None
         self._seen, self._cells_seen = np.ones(len(self.children), bool), np.ones((len(plan.free_cells), len(PLACES)))
         self._things_seen: list[np.ndarray] = []  # candles, what lies on the floor, and gates
         self._things_shown: dict[int, np.ndarray] = {}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from caregiver_mj.children.behaviour import Sight
+from caregiver_mj.children.behaviour import ChildPercept
 from caregiver_mj.children.novice import Novice
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
@@ -17,14 +17,14 @@ class Scripted(Novice):
 
     Attributes:
         move: What it does; a test may change it at any time.
-        seen: All that it was shown, one `Sight` a timestep.
+        seen: All that it was shown, one `ChildPercept` a timestep.
     """
 
     def __init__(self, plan: FloorPlan, move: int | None = STAY, epsilon: float = 0.0):
         super().__init__(plan, epsilon)
         self.move = move
-        self.seen: list[Sight] = []
+        self.seen: list[ChildPercept] = []
 
-    def act(self, sight: Sight, draws: np.ndarray) -> np.ndarray:
+    def act(self, sight: ChildPercept, draws: np.ndarray) -> np.ndarray:
         self.seen.append(sight)
         return super().act(sight, draws) if self.move is None else np.full(len(sight.cell), self.move)

@@ -22,7 +22,7 @@ _OWN = __name__.partition(".")[0]
 
 
 @dataclasses.dataclass(frozen=True)
-class Sight:
+class ChildPercept:
     """What one child each of B families knows when it chooses its move."""
 
     cell: np.ndarray  #: index of its free cell, (B,)
@@ -30,9 +30,9 @@ class Sight:
     caregiver_cell: np.ndarray  #: the caregiver's cell, (B,), or NOTHING where there is none
     bumped: np.ndarray  #: whether its last move left it where it was, (B,); not if it meant to stay there
 
-    def of(self, share: slice) -> Sight:
+    def of(self, share: slice) -> ChildPercept:
         """Return that of a part of the batch."""
-        return Sight(self.cell[share], self.goal[share], self.caregiver_cell[share], self.bumped[share])
+        return ChildPercept(self.cell[share], self.goal[share], self.caregiver_cell[share], self.bumped[share])
 
 
 class Behaviour(abc.ABC):
@@ -62,7 +62,7 @@ class Behaviour(abc.ABC):
         """Begin B new episodes."""
 
     @abc.abstractmethod
-    def act(self, sight: Sight, draws: np.ndarray) -> np.ndarray:
+    def act(self, sight: ChildPercept, draws: np.ndarray) -> np.ndarray:
         """Choose the moves.
 
         Args:

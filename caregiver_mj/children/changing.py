@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from caregiver_mj.children.behaviour import Sight
+from caregiver_mj.children.behaviour import ChildPercept
 from caregiver_mj.children.novice import Novice
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, pick
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -19,7 +19,7 @@ class _Timed(Novice):
     def reset(self, batch: int) -> None:
         self._timestep = 0
 
-    def act(self, sight: Sight, draws: np.ndarray) -> np.ndarray:
+    def act(self, sight: ChildPercept, draws: np.ndarray) -> np.ndarray:
         action = super().act(sight, draws)
         self._timestep += 1
         return action
@@ -57,7 +57,7 @@ class Waverer(Novice):
     def reset(self, batch: int) -> None:
         self._epsilons = np.full(batch, self.epsilon)
 
-    def act(self, sight: Sight, draws: np.ndarray) -> np.ndarray:
+    def act(self, sight: ChildPercept, draws: np.ndarray) -> np.ndarray:
         action = super().act(sight, draws)
         up = draws[:, 2] * _DIGITS % 1.0 < 0.5
         walked = np.abs(self._epsilons + np.where(up, STRIDE, -STRIDE))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from caregiver_mj.children.behaviour import Sight
+from caregiver_mj.children.behaviour import ChildPercept
 from caregiver_mj.children.novice import Novice
 from caregiver_mj.plans.cell_graph import ACTIONS, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -33,12 +33,12 @@ class Explorer(Novice):
         self._distance = np.full(shape, _FAR, np.int16)  # moves to its bin, as it believes
         self._planned = np.full(batch, NOTHING)  # the bin that these are to; NOTHING if they have to be found anew
 
-    def act(self, sight: Sight, draws: np.ndarray) -> np.ndarray:
+    def act(self, sight: ChildPercept, draws: np.ndarray) -> np.ndarray:
         action = super().act(sight, draws)
         self._learn(sight, action)
         return action
 
-    def ways(self, sight: Sight) -> tuple[np.ndarray, np.ndarray]:
+    def ways(self, sight: ChildPercept) -> tuple[np.ndarray, np.ndarray]:
         stale = np.flatnonzero(self._planned != sight.goal)
         if stale.size:
             self._distance[stale] = self._distances(self._closed[stale], self._bins[sight.goal[stale]])
@@ -49,7 +49,7 @@ class Explorer(Novice):
         closer = there < self._distance[worlds, rows, columns][:, None]
         return closer.sum(axis=1), (~closer).argsort(axis=1, kind="stable")  # those that lead closer come first
 
-    def _learn(self, sight: Sight, action: np.ndarray) -> None:
+    def _learn(self, sight: ChildPercept, action: np.ndarray) -> None:
         """Remember what the move that it makes now leads into; it will know when it makes the next one."""
         target, index = self._target[sight.cell, action], self._index[sight.cell, action]
         guarded = (target == Target.STAIRWELL) & (len(self._free) + index == sight.caregiver_cell)

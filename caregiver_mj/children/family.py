@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from caregiver_mj.children.behaviour import Behaviour, Sight, check_epsilon
+from caregiver_mj.children.behaviour import Behaviour, ChildPercept, check_epsilon
 from caregiver_mj.children.changing import Drifter, Switcher, Waverer
 from caregiver_mj.children.explorer import Explorer
 from caregiver_mj.children.novice import Expert, Novice
@@ -222,7 +222,7 @@ class SideBySide(Behaviour):
         for part, size in zip(self.parts, self.sizes, strict=True):
             part.reset(size)
 
-    def act(self, sight: Sight, draws: np.ndarray) -> np.ndarray:
+    def act(self, sight: ChildPercept, draws: np.ndarray) -> np.ndarray:
         return self._each(lambda part, share: part.act(sight.of(share), draws[share]))
 
     def epsilons(self, batch: int) -> np.ndarray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from caregiver_mj.children.behaviour import Behaviour, Sight
+from caregiver_mj.children.behaviour import Behaviour, ChildPercept
 from caregiver_mj.children.tape import pick
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.cell_graph import ACTIONS, Target
@@ -25,13 +25,13 @@ class Novice(Behaviour):
         super().__init__(plan, epsilon)
         self._greedy_count, self._greedy_actions = shortest_path_actions(plan)
 
-    def act(self, sight: Sight, draws: np.ndarray) -> np.ndarray:
+    def act(self, sight: ChildPercept, draws: np.ndarray) -> np.ndarray:
         at_random = draws[:, 0] < self.epsilons(len(draws))
         count, actions = self.ways(sight)
         greedy = actions[np.arange(len(count)), pick(draws[:, 1], count)]
         return np.where(at_random, pick(draws[:, 1], len(ACTIONS)), greedy)
 
-    def ways(self, sight: Sight) -> tuple[np.ndarray, np.ndarray]:
+    def ways(self, sight: ChildPercept) -> tuple[np.ndarray, np.ndarray]:
         """Return how many moves there are to draw from if none is random, (B,), and which, (B, 4), padded anyhow."""
         return self._greedy_count[sight.cell, sight.goal], self._greedy_actions[sight.cell, sight.goal]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from caregiver_mj.children.behaviour import Behaviour, Sight
+from caregiver_mj.children.behaviour import Behaviour, ChildPercept
 from caregiver_mj.children.novice import Novice, shortest_path_actions
 from caregiver_mj.plans.cell_graph import UNREACHABLE
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -21,7 +21,7 @@ class Seeker(Novice):
         super().__init__(plan, epsilon)
         self._adversary = Adversary(plan, epsilon)
 
-    def act(self, sight: Sight, draws: np.ndarray) -> np.ndarray:
+    def act(self, sight: ChildPercept, draws: np.ndarray) -> np.ndarray:
         seeks = (draws[:, 0] >= self.epsilons(len(draws))) & (sight.caregiver_cell != NOTHING)
         return np.where(seeks, self._adversary.act(sight, draws), super().act(sight, draws))
 
@@ -36,7 +36,7 @@ class Avoider(Novice):
         super().__init__(plan, epsilon)
         self._round: dict[int, tuple[np.ndarray, np.ndarray]] = {}  # by caregiver cell, as `shortest_path_actions`
 
-    def ways(self, sight: Sight) -> tuple[np.ndarray, np.ndarray]:
+    def ways(self, sight: ChildPercept) -> tuple[np.ndarray, np.ndarray]:
         count, actions = super().ways(sight)
         for cell in np.unique(sight.caregiver_cell).tolist():
             if 0 <= cell < len(self.plan.free_cells):  # on a landing it is in no way to a toy
@@ -68,7 +68,7 @@ class Adversary(Behaviour):
         super().__init__(plan, epsilon)
         self._known: dict[int, np.ndarray] = {}  # by goal, what `towards` says
 
-    def act(self, sight: Sight, draws: np.ndarray) -> np.ndarray:
+    def act(self, sight: ChildPercept, draws: np.ndarray) -> np.ndarray:
         goals = np.unique(sight.caregiver_cell)
         for goal in goals[goals >= 0]:
             if int(goal) not in self._known:

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from caregiver_mj.children.behaviour import Sight
+from caregiver_mj.children.behaviour import ChildPercept
 from caregiver_mj.children.novice import Novice
 from caregiver_mj.children.tape import pick
 from caregiver_mj.children.walk import WALKING_SPEED
@@ -63,7 +63,7 @@ class Toddler(Novice):
         self._moves_left = np.zeros(batch, int)
         self._has_goal = np.zeros(batch, bool)
 
-    def act(self, sight: Sight, draws: np.ndarray) -> np.ndarray:
+    def act(self, sight: ChildPercept, draws: np.ndarray) -> np.ndarray:
         rests = self._moves_left == 0
         count, actions = self.ways(sight)
         greedy = actions[np.arange(len(count)), pick(draws[:, 1], count)]

@@ -22,7 +22,7 @@ import numpy as np
 from caregiver_mj.caregivers.caregiver import Caregiver, answer, starting_tables
 from caregiver_mj.caregivers.percept import PAPER, Pace, Percept
 from caregiver_mj.caregivers.told import Future, ToldCaregiver, Truth
-from caregiver_mj.children.behaviour import Sight
+from caregiver_mj.children.behaviour import ChildPercept
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import Random, Tape, start_cells
 from caregiver_mj.errors import CaregiverError, check_integer, check_kind
@@ -34,7 +34,7 @@ from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan, check_house
 from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, State, Where
 from caregiver_mj.plans.routes import STAY, routes
-from caregiver_mj.plans.visibility import Sight as Eyesight
+from caregiver_mj.plans.visibility import Sight
 from caregiver_mj.recording.ledger import BLOCKED, Ledger
 
 CAREGIVER_ACTIONS = int(PAPER.cells)  # in a novice timestep
@@ -58,7 +58,7 @@ class GridWorld(GridState):
         caregiver: Caregiver | None,
         *,
         caregiver_actions: int = CAREGIVER_ACTIONS,
-        sight: Eyesight | str = "all",
+        sight: Sight | str = "all",
     ):
         """Prepare the episodes.
 
@@ -74,7 +74,7 @@ class GridWorld(GridState):
                 house, or it has no action.
         """
         check_integer("caregiver_actions", caregiver_actions, 1)
-        self.sight = Eyesight.of(sight)
+        self.sight = Sight.of(sight)
         if isinstance(caregiver, ToldCaregiver) and not self.sight.is_full:
             raise CaregiverError(f"sight must be all with a caregiver that needs privileged information, got {sight}")
         check_kind("the house", plan, FloorPlan, advice=": FloorPlan.load makes one")
@@ -227,7 +227,7 @@ class GridWorld(GridState):
         cell, behaviour, caregiver_cell = self.child_cell[:, child], self.behaviours[child], self._seen_caregiver()
         goal = shown(self.goal[:, child])
         self.goal[:, child] = behaviour.reconsider(goal, draws[:, 2])
-        action = behaviour.act(Sight(*map(shown, (cell, goal, caregiver_cell, self.bumped[:, child]))), draws)
+        action = behaviour.act(ChildPercept(*map(shown, (cell, goal, caregiver_cell, self.bumped[:, child]))), draws)
         target, index = self._target[cell, action], self._target_index[cell, action]
         stays = action == NOTHING
         next_cell = np.where(stays, cell, self._next_cell[cell, action])

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from caregiver_mj.children.behaviour import Behaviour, Sight
+from caregiver_mj.children.behaviour import Behaviour, ChildPercept
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.children.walk import ToddlerWalk, Vector
 from caregiver_mj.house.touch import Touch
@@ -96,7 +96,7 @@ class HouseChild:
         """
         draws = self._draws[timestep][None] if timestep < len(self._draws) else random.random_sample((1, 3))
         self.goal = int(self.behaviour.reconsider(np.array([self.goal]), draws[:, 2])[0])
-        sight = Sight(*(np.array([value]) for value in (self.cell, self.goal, caregiver_cell, self._bumped)))
+        sight = ChildPercept(*(np.array([value]) for value in (self.cell, self.goal, caregiver_cell, self._bumped)))
         action = int(self.behaviour.act(sight, draws)[0])
         self.move, self._entry = Move(self.cell, self.cell, draw=draws[:, 2], rests=action == NOTHING), None
         next_cell, target, index = self._moves

@@ -23,7 +23,7 @@ _ROOM = 0.12  # metres round a thing's point that it may fill itself, its neighb
 _AT_HAND = 1.2  # metres from the base's middle within which a thing may be in the hand
 
 
-class Eyes:
+class RobotEyes:
     """All that sees in one house."""
 
     def __init__(self, plan: FloorPlan, sight: Sight):

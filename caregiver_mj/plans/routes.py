@@ -30,12 +30,12 @@ _TABLES = 2  # of a distance or a cell for each cell of a child, place and cell 
 
 
 @functools.lru_cache(maxsize=4)
-def routes(plan: FloorPlan, places: Places) -> Routes:
+def routes(plan: FloorPlan, places: Places) -> RouteTables:
     """Return the routes to some places; made once, for what they have learnt serves every caregiver and every child."""
-    return Routes(plan, places)
+    return RouteTables(plan, places)
 
 
-class Routes:
+class RouteTables:
     """Shortest routes to places round the children, computed once for every set of children's cells that occurs.
 
     A place is a group of cells, any of which will do. Two more of them are `ASIDE`, to be out of the children's way (on

@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from caregiver_mj.caregivers.registry import CAREGIVERS, make_caregiver
-from caregiver_mj.children.behaviour import Behaviour, Sight
+from caregiver_mj.children.behaviour import Behaviour, ChildPercept
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.errors import CaregiverError
@@ -102,7 +102,7 @@ class Learner(Behaviour):
         self._reaches = (target == Target.BIN)[..., None] & (index[..., None] == bins)  # (cells, 4, bins)
         self.values = np.zeros((len(wary), len(plan.free_cells), len(plan.bins), len(ACTIONS)))
 
-    def act(self, sight: Sight, draws: np.ndarray) -> np.ndarray:
+    def act(self, sight: ChildPercept, draws: np.ndarray) -> np.ndarray:
         values = self.values[self._each, sight.cell, sight.goal]
         best = values.max(axis=1, keepdims=True)
         at_random = np.where(self._wary[:, None], np.exp((values - best) / TEMPERATURE), 1.0)

@@ -28,7 +28,7 @@ from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.cell_graph import ACTIONS, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, State, Where
-from caregiver_mj.plans.routes import Routes
+from caregiver_mj.plans.routes import RouteTables
 from study import Parser, fill_in, run_all
 from study import table as in_markdown
 
@@ -266,7 +266,7 @@ class Exact:
         else:
             posts = [[self.plan.cell_index[cell]] for cell in self.plan.stairwells]
             things = [[cell] for cell in self.plan.floor_cells]
-            routes = Routes(self.plan, [*posts, *stands, *things])
+            routes = RouteTables(self.plan, [*posts, *stands, *things])
             far, towards = (np.stack(one, axis=1) for one in zip(*map(routes.around, range(cells)), strict=True))
             at = [far[len(posts) + table] == 0 for table in range(len(stands))]
             self._choices = [(self._empty, there) for there in (*steps, *towards[: len(posts)], towards[-1])]

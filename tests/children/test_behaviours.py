@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_plans import plan_texts
 
-from caregiver_mj.children.behaviour import Sight
+from caregiver_mj.children.behaviour import ChildPercept
 from caregiver_mj.children.explorer import Explorer
 from caregiver_mj.children.family import CHILDREN, Family
 from caregiver_mj.children.novice import Novice
@@ -23,7 +23,7 @@ LAST = 0.999  # a draw that takes the last of several equally good moves, in the
 def see(cell, goal=0, caregiver_cell=NOTHING):
     """What children see; single values hold for all of them."""
     cell, goal, caregiver_cell = np.broadcast_arrays(np.atleast_1d(cell), goal, caregiver_cell)
-    return Sight(cell, goal, caregiver_cell, np.zeros(len(cell), bool))
+    return ChildPercept(cell, goal, caregiver_cell, np.zeros(len(cell), bool))
 
 
 def draws(*rows):
@@ -234,7 +234,7 @@ def way(child, caregiver, plan=WINDING):
     """The move of a child towards a caregiver, both given by cell."""
     goal = NOTHING if caregiver is None else plan.cell_index[caregiver]
     cell = np.array([plan.cell_index[child]])
-    sight = Sight(cell, np.zeros(1, int), np.array([goal]), np.zeros(1, bool))
+    sight = ChildPercept(cell, np.zeros(1, int), np.array([goal]), np.zeros(1, bool))
     return int(Adversary(plan, 0.5).act(sight, np.zeros((1, 3)))[0])
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from caregiver_mj.children import toddler
-from caregiver_mj.children.behaviour import Sight
+from caregiver_mj.children.behaviour import ChildPercept
 from caregiver_mj.children.toddler import Toddler, bout_steps, mean_bout
 from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -24,7 +24,7 @@ def walks(epsilon, cell_size, batch=200, timesteps=400):
     nobody, no = np.full(batch, NOTHING), np.zeros(batch, bool)
     actions, targets = [], []
     for _ in range(timesteps):
-        action = child.act(Sight(cell, np.zeros(batch, int), nobody, no), random.random((batch, 3)))
+        action = child.act(ChildPercept(cell, np.zeros(batch, int), nobody, no), random.random((batch, 3)))
         actions.append(action)
         targets.append(np.where(action == NOTHING, Target.FREE, target[cell, action]))
         cell = np.where(action == NOTHING, cell, next_cell[cell, action])
@@ -71,7 +71,7 @@ def test_a_bout_has_no_goal_with_probability_epsilon_by_hand():
     def moves(*draws, kind=Toddler):
         child, taken = kind(plan, 0.3), []
         for one in draws:
-            sight = Sight(np.array([2]), np.array([0]), np.array([NOTHING]), np.array([False]))
+            sight = ChildPercept(np.array([2]), np.array([0]), np.array([NOTHING]), np.array([False]))
             taken.append(int(child.act(sight, np.array([one]))[0]))
         return taken
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from caregiver_mj.caregivers.paper import PaperCaregiver
-from caregiver_mj.children.behaviour import Sight
+from caregiver_mj.children.behaviour import ChildPercept
 from caregiver_mj.children.changing import SWITCH, Drifter, Waverer
 from caregiver_mj.children.family import Family, side_by_side
 from caregiver_mj.children.tape import Tape
@@ -13,7 +13,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
 PLAN = FloorPlan.load("paper")
-SIGHT = Sight(np.zeros(2, int), np.zeros(2, int), np.full(2, NOTHING), np.zeros(2, bool))
+SIGHT = ChildPercept(np.zeros(2, int), np.zeros(2, int), np.full(2, NOTHING), np.zeros(2, bool))
 
 
 def tapes(count):

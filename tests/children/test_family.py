@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scripted_child import Scripted
 
-from caregiver_mj.children.behaviour import Sight
+from caregiver_mj.children.behaviour import ChildPercept
 from caregiver_mj.children.family import ChildSpec, Family, side_by_side
 from caregiver_mj.children.novice import Novice
 from caregiver_mj.errors import CaregiverError
@@ -85,7 +85,7 @@ def test_each_decides_for_its_share():
     assert (len(together), together.epsilon) == (1, 0.5)
     random = np.random.default_rng(0)
     cell, goal = random.integers(len(PAPER.free_cells), size=6), random.integers(len(PAPER.bins), size=6)
-    sight = Sight(cell, goal, np.full(6, -1), np.zeros(6, bool))
+    sight = ChildPercept(cell, goal, np.full(6, -1), np.zeros(6, bool))
     draws = random.random((6, 3))
     (behaviour,) = together.children
     behaviour.reset(6)

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_plans import plan_texts
 
-from caregiver_mj.children.behaviour import Sight
+from caregiver_mj.children.behaviour import ChildPercept
 from caregiver_mj.children.novice import Expert, Novice, expert_trajectories
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.cell_graph import Target
@@ -27,7 +27,7 @@ def draws(*rows):
 
 def sight(cell, goal):
     cell, goal = np.asarray(cell), np.asarray(goal)
-    return Sight(cell, goal, np.full(cell.shape, NOTHING), np.zeros(cell.shape, bool))
+    return ChildPercept(cell, goal, np.full(cell.shape, NOTHING), np.zeros(cell.shape, bool))
 
 
 @pytest.mark.parametrize("epsilon", [-0.01, 1.01, float("nan"), float("inf")])

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import caregiver_mj
-from caregiver_mj.house.eyes import Eyes
+from caregiver_mj.house.eyes import RobotEyes
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.rendering import wrapper
 from caregiver_mj.house.scene import build_house
@@ -42,7 +42,7 @@ def sees(physics, child, base, sight="walls", arm=None):
     with physics.reset_context():
         physics.set_robot(np.array(base), arm)
         physics.named.data.qpos[["toddler/x", "toddler/y"]] = child
-    seen, _, cells = Eyes(ROOMS, Sight.of(sight)).look(physics)
+    seen, _, cells = RobotEyes(ROOMS, Sight.of(sight)).look(physics)
     if cells[ROOMS.cell_index[ROOMS.cell_at(np.array(child))]].all():  # then it is seen wherever in the cell it is
         assert seen[0]
     return bool(seen[0])
@@ -111,7 +111,7 @@ def test_the_arm_hides_a_child_when_it_reaches_out_across_the_line_of_sight():
 def test_a_child_behind_the_robot_is_felt_when_it_runs_into_it():
     env = caregiver_mj.load("supervise", ROOMS, "seeker:0", random=0, task_kwargs={"sight": "camera"})
     env.reset()
-    eyes, felt = Eyes(ROOMS, env.task.sight), 0
+    eyes, felt = RobotEyes(ROOMS, env.task.sight), 0
     while env.physics.time() < 60.0 and felt < 3:
         child, robot = env.physics.toddler_position(), env.physics.base_position()
         # It always has its back to the child.

@@ -8,7 +8,7 @@ from walks import distances, neighbours
 
 from caregiver_mj.plans.cell_graph import UNREACHABLE
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.routes import Routes
+from caregiver_mj.plans.routes import RouteTables
 from caregiver_mj.plans.yielding import divisions, yielding
 
 PLANS = plan_texts(largest=12).map(FloorPlan.parse)
@@ -124,7 +124,7 @@ LANDING = 7
 
 
 def test_behind_a_child_in_a_hall_there_is_a_free_cell():
-    routes = Routes(HALL, [[LANDING]])
+    routes = RouteTables(HALL, [[LANDING]])
     distance, next_cell = routes.around(4)
     assert distance[0, :4].tolist() == [UNREACHABLE] * 4
     assert next_cell[0, :4].tolist() == [1, 2, 2, 2]  # from 3, beside the child, it goes back
@@ -132,7 +132,7 @@ def test_behind_a_child_in_a_hall_there_is_a_free_cell():
 
 
 def test_one_that_does_not_yield_stays_where_its_way_is_barred():
-    routes = Routes(HALL, [[LANDING]])
+    routes = RouteTables(HALL, [[LANDING]])
     child, here = np.full((3, 1), 4), np.array([3, 1, 5])
     assert routes.towards(np.zeros(3, int), child, here, yields=False)[1].tolist() == [3, 1, 6]
 
@@ -144,7 +144,7 @@ def test_no_child_is_denied_a_move_by_a_caregiver_that_comes_into_its_way_while_
     graph, cells = plan.graph, len(plan.caregiver_cells)
     children = [number % len(plan.free_cells) for number in children]
     places = [[plan.cell_index[cell]] for cell in plan.stairwells] + graph.beside(plan.tables)
-    routes, near = Routes(plan, places), graph.distances_from([children])[0]
+    routes, near = RouteTables(plan, places), graph.distances_from([children])[0]
     here = np.delete(np.arange(cells), children)
     for place in range(len(places)):
         distance, after = routes.towards(np.full(len(here), place), np.tile(children, (len(here), 1)), here)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from caregiver_mj.children.behaviour import Sight
+from caregiver_mj.children.behaviour import ChildPercept
 from caregiver_mj.plans.cell_graph import ACTION_NAMES
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
@@ -16,7 +16,7 @@ NORTH, EAST, SOUTH, WEST = range(4)
 
 def sight(cell, goal):
     cell, goal = np.atleast_1d(cell), np.atleast_1d(goal)
-    return Sight(cell, goal, np.full(len(cell), NOTHING), np.zeros(len(cell), bool))
+    return ChildPercept(cell, goal, np.full(len(cell), NOTHING), np.zeros(len(cell), bool))
 
 
 def draws(*rows):

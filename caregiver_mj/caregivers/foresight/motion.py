@@ -10,7 +10,7 @@ import numpy as np
 from caregiver_mj.caregivers.percept import PAPER, Pace
 from caregiver_mj.plans.cell_graph import UNREACHABLE
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.routes import Routes
+from caregiver_mj.plans.routes import RouteTables
 
 _ROUNDING = 1e-6  # of a step
 _LEAST = 0.05  # probability; smaller shares of a step count as none, for tables take twice as long with them
@@ -58,7 +58,7 @@ class Motion:
         goals += [[cell] for cell in lookouts]
         self.lookouts = range(self.floor.stop, len(goals))
         self.aside = len(goals)
-        routes = Routes(plan, goals)
+        routes = RouteTables(plan, goals)
         self.open_distance = routes.open_distance.astype(int)
         moves, towards = zip(*(routes.around(child) for child in range(len(plan.free_cells))), strict=True)
         here = np.broadcast_to(np.arange(cells, dtype=np.int16), (1, len(plan.free_cells), cells))

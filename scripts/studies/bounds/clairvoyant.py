@@ -16,7 +16,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.interventions.verb import Interventions
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, Where
-from caregiver_mj.plans.routes import Routes
+from caregiver_mj.plans.routes import RouteTables
 
 LARGEST = 5_000  # stands of a house: as many fit into memory
 _SPAN = 60  # moves for which a plan holds; then it is made anew
@@ -344,7 +344,7 @@ class Travel:
         if not self.posts:
             self.posts = [int(graph.distances_from(stands).sum(axis=0).argmin()) if stands else 0]
         goals = [[post] for post in self.posts] + stands
-        routes = Routes(plan, goals)
+        routes = RouteTables(plan, goals)
         open_way = routes.open_distance.astype(int)
         self.done = cells
         one = np.full((len(plan.free_cells), len(goals), cells + 1), cells, np.int16)
