@@ -19,17 +19,17 @@ from caregiver_mj.children.walk import WALKING_SPEED, novice_timestep
 from caregiver_mj.errors import CaregiverError, check_kind, check_number
 from caregiver_mj.house.candles import Candles, watch_candle
 from caregiver_mj.house.children import Children
-from caregiver_mj.house.eyes import RobotEyes
+from caregiver_mj.house.observer import Observer
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.rendering import control
-from caregiver_mj.house.sensing import Sensing, Sensor
+from caregiver_mj.house.sensing import Sensing
 from caregiver_mj.house.task_info import TaskInfo
 from caregiver_mj.house.things import Things
 from caregiver_mj.interventions.verb import Intervention
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan, check_starts
 from caregiver_mj.plans.hazards import HazardKind, State
-from caregiver_mj.plans.visibility import PLACES, Sight
+from caregiver_mj.plans.visibility import Sight
 from caregiver_mj.recording.contacts import Contacts
 from caregiver_mj.recording.ledger import Ledger
 from caregiver_mj.robot.embodiment import Embodiment
@@ -37,7 +37,6 @@ from caregiver_mj.robot.embodiments import find_embodiment
 
 CONTROL_TIMESTEP = 0.02  # seconds; a prototype's grasps held at 50 Hz as well as at 100 Hz
 _LOWEST, _HIGHEST = 0.45, 0.75  # metres, of tables; from a coffee table to a dining table
-_LOOKS = 5  # control timesteps after which it is looked anew which children are in sight
 _CANDLE_OFFSET = 0.02  # metres off the table's centre at the start, at most, in x and in y
 
 
@@ -94,7 +93,7 @@ class CareTask(control.Task):
         contacts: What the robot has done to the children in it.
         caregiver: Who may make the house safe before the children come in, as in the grid; a `CaregiverPolicy` enters
             its own one here. None if nobody does.
-        sensing: How well observations show what there is.
+        observer: What observations show of the house.
         caregiver_seed: This episode's seed for a caregiver that draws lots.
         embodiment: Which robot it is about.
         has_robot: Whether that is in the house.
@@ -165,17 +164,18 @@ class CareTask(control.Task):
         self._shows_heights = table_height is not None
         self.candles = Candles(rectangles, _draw_heights(table_height, len(plan.tables), self.random))
         self.things = Things(plan)
-        self.sensing, self.sight = Sensing.of(sensing), Sight.of(sight)
-        self._eyes = RobotEyes(plan, self.sight) if robot and not self.sight.is_full else None
-        self._seen, self._cells_seen = np.ones(len(self.children), bool), np.ones((len(plan.free_cells), len(PLACES)))
-        self._things_seen: list[np.ndarray] = []  # candles, what lies on the floor, and gates
-        self._things_shown: dict[int, np.ndarray] = {}
         tables = np.column_stack([rectangles, self.candles.table_heights])
-        things = layout.things(plan)
-        self._sensor = None if self.sensing.is_exact else Sensor(self.sensing, control_timestep, tables, things)
+        self.observer = Observer(
+            plan,
+            len(self.children),
+            tables,
+            control_timestep,
+            has_robot=robot,
+            sensing=sensing,
+            sight=sight,
+        )
         self.caregiver: Caregiver | None = None
         self.caregiver_seed = 0
-        self._shown = 0 if len(self.children) == 1 else slice(None)  # an only child without a dimension of its own
         self._candle_offset = candle_offset
         self._steps_a_move = round(self.novice_timestep / control_timestep)
         self._control_steps = 0
@@ -234,10 +234,7 @@ class CareTask(control.Task):
         self._latched: list[bool] = []
         self.ledger, self.contacts = Ledger(self.plan, cells, EPISODE_TIMESTEPS), Contacts()
         self._control_steps = 0
-        if self._sensor:
-            self._sensor.reset(self.caregiver_seed)
-        self._things_shown.clear()
-        self._look(physics)
+        self.observer.reset(physics, self.caregiver_seed)
 
     def action_spec(self, physics: Physics) -> specs.BoundedArray:
         return physics.action_spec()
@@ -264,13 +261,9 @@ class CareTask(control.Task):
         if self.plan.floor_cells:
             self.things.take_in(physics, self.children)
         self._control_steps += 1
-        if self._control_steps % _LOOKS == 0:
-            self._look(physics)
-        if self._eyes:
-            for touch in physics.touches:  # what is felt is there
-                self._seen[touch.child] |= touch.kind == "robot"
+        self.observer.take_in(physics, self._control_steps)
         if self._control_steps % self._steps_a_move == 0:
-            self.ledger.seen[0] += self._seen & self.has_robot
+            self.ledger.seen[0] += self.observer.seen & self.has_robot
             self.ledger.book(*(np.array([values]) for values in zip(*self.children.end(), strict=True)))
             self.ledger.candles_dropped[0] += self.candles.count_fallen(physics)
 
@@ -278,52 +271,10 @@ class CareTask(control.Task):
         """Return what there is to see, enough to run the caregiver on; every key is in `observed`."""
         observation = collections.OrderedDict()
         observation["clock"] = np.array(self._control_steps / self._steps_a_move)
-        seen = self._all_there_is(physics)
-        observation.update(self._sensor.sense(self._control_steps, seen) if self._sensor else seen)
+        observation.update(self.observer.observe(physics, self._control_steps))
         if self._shows_heights and self.plan.tables:
             observation["table_height"] = self.table_heights.copy()
         return observation
-
-    def _all_there_is(self, physics: Physics) -> collections.OrderedDict[str, np.ndarray]:
-        """What can be perceived, as it is."""
-        observation: collections.OrderedDict[str, np.ndarray] = collections.OrderedDict()
-        places, rates = physics.toddler_positions(), physics.toddler_velocities()
-        if not self.sight.is_full:
-            places[~self._seen] = rates[~self._seen] = 0.0
-            observation["toddler_seen"] = self._seen.astype(float)
-            observation["cell_seen"] = self._cells_seen.astype(float)
-        observation["toddler_position"], observation["toddler_velocity"] = places[self._shown], rates[self._shown]
-        if self.plan.candle_tables:
-            poses = self._as_last_seen(0, physics.candle_poses())
-            observation["candle_position"] = poses[:, :3]
-            observation["candle_orientation"] = poses[:, 3:]
-        if self.plan.floor_cells:
-            observation["battery_position"] = self._as_last_seen(1, physics.thing_positions())
-        if self.plan.mouths:
-            observation["gate_position"] = self._as_last_seen(2, physics.gate_positions())
-        if self.has_robot:
-            observation["base_position"] = physics.base_position()
-            observation["base_velocity"] = physics.base_velocity()
-            observation["arm_position"] = physics.arm_position()
-            observation["arm_velocity"] = physics.arm_velocity()
-            observation["finger_position"] = physics.finger_position()
-        return observation
-
-    def _as_last_seen(self, kind: int, poses: np.ndarray) -> np.ndarray:
-        """Return poses of things, of which those out of sight are where they were seen last, or were at first."""
-        if not self._things_seen:  # all of them are
-            return poses
-        shown = self._things_shown.setdefault(kind, poses.copy())
-        seen = self._things_seen[kind]
-        shown[seen] = poses[seen]
-        return shown.copy()
-
-    def _look(self, physics: Physics) -> None:
-        """See which children are in sight, which things, and which cells."""
-        if self._eyes:
-            self._seen, things, self._cells_seen = self._eyes.look(physics)
-            candles, lying = len(self.plan.candle_tables), len(self.plan.floor_cells)
-            self._things_seen = np.split(things, [candles, candles + lying])
 
     def get_termination(self, physics: Physics) -> float | None:
         return None
@@ -339,8 +290,8 @@ class CareTask(control.Task):
             plan=self.plan,
             family=self.family,
             embodiment=self.embodiment if self.has_robot else None,
-            sensing=self.sensing,
-            sight=self.sight,
+            sensing=self.observer.sensing,
+            sight=self.observer.sight,
             novice_timestep=self.novice_timestep,
             table_heights=self.table_heights.copy() if self._shows_heights and self.plan.tables else None,
             orders=None if type(self).orders is CareTask.orders else self.orders,

@@ -43,17 +43,17 @@ def _numbers(element: ElementTree.Element, attribute: str) -> tuple[float, ...]:
     return tuple(float(number) for number in element.attrib[attribute].split())
 
 
-def _sizes(model: str, geom: str) -> tuple[float, ...]:
-    return _numbers(_find(model, "geom", geom), "size")
+def _size(model: str, geom: str, number: int = 0) -> float:
+    """A number of the size of a geom in a model, metres."""
+    return _numbers(_find(model, "geom", geom), "size")[number]
 
 
-# Sizes that the models have, metres.
-TABLE_HALF_SIZE, _, _half_height = _sizes("table", "top")
-TABLE_HEIGHT = 2 * _half_height
-BIN_HALF_SIZE, *_ = _sizes("toy_bin", "box")
-CANDLE_RADIUS, *_ = _sizes("candle", "wax")
-THING_RADIUS, *_ = _sizes("battery", "side_0")
-CHILD_RADIUS, *_ = _sizes("toddler", "body")
+TABLE_HALF_SIZE = _size("table", "top")
+TABLE_HEIGHT = 2 * _size("table", "top", 2)
+BIN_HALF_SIZE = _size("toy_bin", "box")
+CANDLE_RADIUS = _size("candle", "wax")
+THING_RADIUS = _size("battery", "side_0")
+CHILD_RADIUS = _size("toddler", "body")
 
 
 class Thing(NamedTuple):

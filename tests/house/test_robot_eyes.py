@@ -111,7 +111,7 @@ def test_the_arm_hides_a_child_when_it_reaches_out_across_the_line_of_sight():
 def test_a_child_behind_the_robot_is_felt_when_it_runs_into_it():
     env = caregiver_mj.load("supervise", ROOMS, "seeker:0", random=0, task_kwargs={"sight": "camera"})
     env.reset()
-    eyes, felt = RobotEyes(ROOMS, env.task.sight), 0
+    eyes, felt = RobotEyes(ROOMS, env.task.observer.sight), 0
     while env.physics.time() < 60.0 and felt < 3:
         child, robot = env.physics.toddler_position(), env.physics.base_position()
         # It always has its back to the child.
