@@ -232,7 +232,7 @@ class CareTask(control.Task):
         self.candles.reset(tables)
         self.children.state[:] = State.AS_PLANNED
         self._latched: list[bool] = []
-        self.ledger, self.contacts = Ledger(self.plan, cells, EPISODE_TIMESTEPS), Contacts()
+        self.ledger, self.contacts = Ledger(self.plan, cells, EPISODE_TIMESTEPS), Contacts(len(self.children))
         self._control_steps = 0
         self.observer.reset(physics, self.caregiver_seed)
 
@@ -247,9 +247,7 @@ class CareTask(control.Task):
         self.things.go_along(physics)
 
     def after_step(self, physics: Physics) -> None:
-        strikes = self.children.take_in(physics, self.candles, self.contacts)
-        if strikes:
-            self.ledger.strikes[0] += strikes
+        self.children.take_in(physics, self.candles, self.contacts)
         if self.has_robot:
             watch_candle(physics, self.control_timestep, self.contacts)
         if self.plan.mouths:
@@ -263,9 +261,9 @@ class CareTask(control.Task):
         self._control_steps += 1
         self.observer.take_in(physics, self._control_steps)
         if self._control_steps % self._steps_a_move == 0:
-            self.ledger.seen[0] += self.observer.seen & self.has_robot
+            self.ledger.attend(self.observer.seen & self.has_robot)
             self.ledger.book(*(np.array([values]) for values in zip(*self.children.end(), strict=True)))
-            self.ledger.candles_dropped[0] += self.candles.count_fallen(physics)
+            self.ledger.drop(self.candles.count_fallen(physics))
 
     def get_observation(self, physics: Physics) -> collections.OrderedDict[str, np.ndarray]:
         """Return what there is to see, enough to run the caregiver on; every key is in `observed`."""
@@ -322,7 +320,7 @@ class CareTask(control.Task):
     @property
     def strikes(self) -> int:
         """How often the robot has struck a child so far."""
-        return int(self.ledger.strikes[0])
+        return int(self.contacts.strikes)
 
     def outcome(self) -> dict[str, Any]:
         """Return what has been measured in the episode so far, named as the columns of `EpisodeRecord`.
@@ -347,8 +345,7 @@ class CareTask(control.Task):
             left: What it claims has become of hazards by them so far, by their numbers. What can be measured here,
                 whether a gate has latched and a small thing is off the floor, does not depend on it.
         """
-        self.ledger.interventions[0] += begun
-        self.ledger.interventions_done[0] += done
+        self.ledger.intervene(begun, done)
         for hazard, state in (left or {}).items():
             if hazard < len(self.plan.landings):
                 self.children.state[hazard] = state

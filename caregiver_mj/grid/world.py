@@ -275,10 +275,10 @@ class GridWorld(GridState):
         for done in range(actions):
             self.time_left = np.full(len(self.holding), (actions - done) / actions)
             self.act_caregiver(caregiver)
-        self.ledger.seen += self.eyes.tracker.seen if self.eyes else 1
         verb = self.orders.verb
         handles = np.any([verb == name for name, one in VERBS.items() if one.handles], axis=0)
-        self.ledger.spent += np.stack([verb == LOOK, verb == BLOCK, handles], axis=1)
+        spent = np.stack([verb == LOOK, verb == BLOCK, handles], axis=1)
+        self.ledger.attend(self.eyes.tracker.seen if self.eyes else 1, spent)
 
     def act_caregiver(self, caregiver: Caregiver) -> None:
         """Run one action of the caregiver. A subclass can look on from here, before and after."""
@@ -289,9 +289,9 @@ class GridWorld(GridState):
         begins = self.orders.begins_after(before)
         self.done &= ~begins
 
-        place = np.full(len(self.orders), STAY)
+        place, begun, ended = np.full(len(self.orders), STAY), *np.zeros((2, len(self.orders)), bool)
         for verb, which in parties:
-            self.ledger.interventions[which] += begins[which] & verb.counts
+            begun[which] = begins[which] & verb.counts
             there = half_of(verb.name, GRID_VERBS, "grid.verbs.GRID_VERBS").place(self, which)
             place[which] = np.where(there < 0, there, there + self._offsets[verb.name])
         distance, next_cell = self._routes.towards(place, percept.child_cell, percept.caregiver_cell, caregiver.yields)
@@ -305,10 +305,10 @@ class GridWorld(GridState):
         hazard = self.orders.hazard
         for verb, which in parties:
             ends = which[GRID_VERBS[verb.name].carry_out(self, which, came[which], stood[which]) & ~self.done[which]]
-            self.ledger.interventions_done[ends] += 1
-            self.done[ends] = True
+            ended[ends] = self.done[ends] = True
             if verb.leaves:
                 self.state[ends, hazard[ends]] = verb.leaves
+        self.ledger.intervene(begun, ended)
         if self.eyes:
             handles = np.isin(self.orders.verb, [verb.name for verb, _ in parties if verb.handles])
             self.eyes.turn(was, ~moves & ~(stood & handles))

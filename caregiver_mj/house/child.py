@@ -12,11 +12,10 @@ import numpy as np
 from caregiver_mj.children.behaviour import Behaviour, ChildPercept
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.children.walk import ToddlerWalk, Vector
-from caregiver_mj.house.touch import Touch
 from caregiver_mj.plans.cell_graph import ACTIONS, Cell, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, State, Where, kinds_at
-from caregiver_mj.recording.contacts import STRIKE_PAUSE, STRIKE_SPEED
+from caregiver_mj.recording.contacts import Touch
 from caregiver_mj.recording.ledger import BLOCKED, MET
 
 if TYPE_CHECKING:
@@ -67,7 +66,6 @@ class HouseChild:
         self.move = Move(self.cell, self.cell)
         self._bumped = False
         self.touched: Sequence[tuple[float, float]] = ()
-        self._struck_at = -math.inf
         self._entry: Vector | None = None  # middle of the cell that it goes to, if the robot can be there
 
     @property
@@ -125,13 +123,9 @@ class HouseChild:
         half = self._plan.cell_size / 2
         self.move.entered = abs(robot[0] - self._entry[0]) < half and abs(robot[1] - self._entry[1]) < half
 
-    def take_in(self, touches: list[Touch], on_table: Callable[[int], np.ndarray], time: float) -> int:
-        """Take in all contacts of a control timestep that ends at a time, in seconds; return how many are strikes.
-
-        `on_table` tells which candles are on a table, (candles,).
-        """
+    def take_in(self, touches: Sequence[Touch], on_table: Callable[[int], np.ndarray]) -> None:
+        """Take in all contacts of a control timestep. `on_table` tells which candles are on a table, (candles,)."""
         self.touched = [touch.direction for touch in touches if touch.kind not in _ON_TABLES]
-        strikes = 0
         for touch in touches:
             if touch.kind in _OPENINGS and self._state[self._number(touch)] == State.SHUT:
                 continue
@@ -146,19 +140,9 @@ class HouseChild:
                 self.move.reached_toy |= touch.index == self.goal
             elif touch.kind == "panel":
                 self.move.met_robot |= self.move.target == Target.STAIRWELL
-                strikes += self._is_strike(touch, time)
             elif touch.kind == "robot":
                 vx, vy = self.walk.velocity
                 self.move.met_robot |= vx * touch.direction[0] + vy * touch.direction[1] > 0 or self.walk.blocked
-                strikes += self._is_strike(touch, time)
-        return strikes
-
-    def _is_strike(self, touch: Touch, time: float) -> bool:
-        """Whether that is a strike, and not part of the one before."""
-        strikes = touch.speed > STRIKE_SPEED and time - self._struck_at > STRIKE_PAUSE
-        if strikes:
-            self._struck_at = time
-        return strikes
 
     def _number(self, touch: Touch) -> int:
         return [kind.name for kind in self._plan.hazards.kinds].index(touch.kind) + touch.index

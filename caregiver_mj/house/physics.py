@@ -17,10 +17,11 @@ from caregiver_mj.house.fittings import FLOOR, OPAQUE
 from caregiver_mj.house.rendering import OffscreenRendering, engine, wrapper
 from caregiver_mj.house.robot_body import RampState, RobotBody, joint_views
 from caregiver_mj.house.scene import build_house, child_joints
-from caregiver_mj.house.touch import Touch, TouchReader
+from caregiver_mj.house.touch import TouchReader
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import HazardKind, Where, kinds_at
+from caregiver_mj.recording.contacts import Touch
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.view import loose

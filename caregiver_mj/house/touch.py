@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 
 import mujoco
@@ -11,36 +10,12 @@ import numpy as np
 from caregiver_mj.house.robot_body import RobotBody
 from caregiver_mj.house.scene import child_prefix
 from caregiver_mj.plans.hazards import KINDS, Where, kinds_at
+from caregiver_mj.recording.contacts import Touch
 
 _OPENINGS = tuple(kind.name for kind in kinds_at(Where.OPENING))
 # What the robot may push onto a child, or hold.
 _MOVABLE = ("panel", *(kind.name for where in (Where.ON_TABLE, Where.FLOOR) for kind in kinds_at(where)))
 _NUMBERED = ("bin", *(kind.name for kind in KINDS))  # kinds of things that stand several times in a house
-
-
-@dataclasses.dataclass(frozen=True)
-class Touch:
-    """A contact of a child."""
-
-    child: int  # its number
-    kind: str  # what it touches: "wall", "bin", "robot", "panel" (of a gate), or the name of a `HazardKind`
-    index: int  # number of that thing in the floor plan, -1 for walls and the robot
-    # unit vector from the child towards it, on the floor; (0, 0) where it is above or below
-    direction: tuple[float, float]
-    speed: float  # how fast the touching part of the robot, or a gate, moves towards the child, m/s (0 for all else)
-    # how fast its surface moves there, towards the child and along it, m/s: more than `speed` where it turns or slides
-    # past. What moves away counts as far as it slides
-    surface_speed: float = 0.0
-    # the same if the base moved as its drives are told: what a child pushes aside moves, but does not drive
-    driven_speed: float = 0.0
-    force: float = 0.0  # between the two, N; with friction
-    height: float = 0.0  # of the contact above the floor, metres
-    time: float = 0.0  # when it was, seconds since the start
-    # part of the robot that touches the child, or touches what does: "base" or "arm", which has the hand; "" where it
-    # has no part in the contact
-    part: str = ""
-    # reduced mass of robot and child along the contact, kg, see `TouchReader.reduced_mass`; 0 for all else
-    mass: float = 0.0
 
 
 class TouchReader:

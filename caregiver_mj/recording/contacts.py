@@ -12,11 +12,13 @@ for each robot. No compliance with any of them is claimed.
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 import types
-from collections.abc import Iterable
-from typing import Protocol
+from collections.abc import Collection, Sequence
+from operator import attrgetter
 
+from caregiver_mj.plans.hazards import TABLE
 from caregiver_mj.recording.record import COLUMNS
 
 REGIONS = {"legs": 0.24, "trunk": 0.54, "head": math.inf}  # of a child of 0.80 m, by how high each reaches, metres
@@ -30,6 +32,15 @@ PRESSING = 0.5  # seconds of contact from which on the robot presses, or is pres
 FLAME_CLEAR = 0.3  # metres; the 12 inches that NFPA and makers ask for between a burning candle and clothing
 WAX_CLEAR = 0.1  # metres between a child and the candle itself: own
 FAR = 1.0  # metres beyond which no distance is told
+_APART = 0.1  # seconds without touch that end a contact: one that lasts flickers as the two give way to each other
+_SOLID = ("wall", "bin", TABLE.name)  # what gives no way, beside closed gates
+_OPPOSITE = -0.5  # cosine between robot and solid thing, seen from a child, up to which it is between them: 120 degrees
+# Columns that only the house counts, and of what type they are.
+COUNTED = {
+    column.name: int if column.type == "int" else float
+    for column in COLUMNS
+    if column.role == "contact" or column.name == "strikes"
+}
 CAUTION = (
     "These limits are for adults at work, and nothing here claims to keep them: what a child of a year and a half can "
     "bear is less and in no such table, and its head is as high as their hips. Where children are thought of, no "
@@ -67,44 +78,59 @@ BODY_LIMITS = (
 )
 
 
-class Touched(Protocol):
-    """What `Contacts` reads of a contact: the part of the robot that has to do with it, and its height, metres."""
+@dataclasses.dataclass(frozen=True)
+class Touch:
+    """A contact of a child, as the house reports it."""
 
-    @property
-    def part(self) -> str: ...
-    @property
-    def height(self) -> float: ...
+    child: int  # its number
+    kind: str  # what it touches: "wall", "bin", "robot", "panel" (of a gate), or the name of a `HazardKind`
+    index: int  # number of that thing in the floor plan, -1 for walls and the robot
+    # unit vector from the child towards it, on the floor; (0, 0) where it is above or below
+    direction: tuple[float, float]
+    speed: float  # how fast the touching part of the robot, or a gate, moves towards the child, m/s (0 for all else)
+    # how fast its surface moves there, towards the child and along it, m/s: more than `speed` where it turns or slides
+    # past. What moves away counts as far as it slides
+    surface_speed: float = 0.0
+    # the same if the base moved as its drives are told: what a child pushes aside moves, but does not drive
+    driven_speed: float = 0.0
+    force: float = 0.0  # between the two, N; with friction
+    height: float = 0.0  # of the contact above the floor, metres
+    time: float = 0.0  # when it was, seconds since the start
+    # part of the robot that touches the child, or touches what does: "base" or "arm", which has the hand; "" where it
+    # has no part in the contact
+    part: str = ""
+    # reduced mass of robot and child along the contact, kg, see `house.touch.TouchReader.reduced_mass`; 0 for all else
+    mass: float = 0.0
 
 
 class Contacts(types.SimpleNamespace):
-    """Counts of one episode in the house: an attribute for each column "contact" of `EpisodeRecord`."""
+    """Counts of one episode in the house: an attribute for each column that only the house counts, and the strikes.
 
-    def __init__(self) -> None:
-        counted = (column for column in COLUMNS if column.role == "contact")
-        super().__init__(**{column.name: 0 if column.type == "int" else 0.0 for column in counted})
+    What has no time or no extent of its own, such as a strike, is counted once: a strike again after half a second, a
+    pressing when the contact has lasted for that long.
+    """
+
+    def __init__(self, children: int = 1) -> None:
+        super().__init__(**{name: kind(0) for name, kind in COUNTED.items()})
         self.flame_distance = self.wax_distance = FAR
+        self._watches = [_Watch(self) for _ in range(children)]
 
-    def press(self, forces: dict[str, float], seconds: float) -> None:
-        """Take in the forces on each region of one child, N, in a physics step."""
-        force = sum(forces.values())
-        self.contact_seconds += seconds
-        self.contact_impulse += force * seconds
-        greatest = {"contact_force": force} | {f"contact_force_{region}": part for region, part in forces.items()}
-        for column, part in greatest.items():
-            setattr(self, column, max(getattr(self, column), part))
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Contacts) and self.outcome() == other.outcome()
 
-    def touch(self, touches: Iterable[Touched], seconds: float) -> None:
-        """Take in what of the robot, and what it holds, touched which parts of one child in a physics step."""
-        parts = {touch.part for touch in touches} - {""}
-        for name in parts | {region_at(touch.height) for touch in touches}:
-            column = f"contact_seconds_{name}"
-            setattr(self, column, getattr(self, column) + seconds)
+    def take_in(
+        self, child: int, touches: Sequence[Touch], seconds: float, time: float, shut: Collection[int] = ()
+    ) -> None:
+        """Count the contacts of a child in a control timestep.
 
-    def grade(self, before: str, band: str) -> None:
-        """Count a contact in a band, one of `BANDS`, and no longer in the one before, which is "" as it begins."""
-        if before != band:
-            for name, change in ((before, -1), (band, 1)) if before else ((band, 1),):
-                setattr(self, f"contacts_{name}", getattr(self, f"contacts_{name}") + change)
+        Args:
+            child: The child's number.
+            touches: All that it touched, in the order in which it did.
+            seconds: Those of a physics step.
+            time: When the control timestep ended, seconds.
+            shut: Numbers of the closed gates.
+        """
+        self._watches[child].take_in(touches, seconds, time, shut)
 
     def carry(self, flame: float, wax: float, seconds: float) -> None:
         """Take in how far flame and wax of a candle in the hand were from the nearest child, metres."""
@@ -114,7 +140,122 @@ class Contacts(types.SimpleNamespace):
 
     def outcome(self) -> dict[str, float]:
         """Return the columns of the record."""
-        return dict(vars(self))
+        return {name: getattr(self, name) for name in COUNTED}
+
+
+class _Pause:
+    """The time after an event in which another one is the same."""
+
+    def __init__(self, seconds: float):
+        self._seconds, self._last = seconds, -math.inf
+
+    def is_over(self, time: float) -> bool:
+        """Return whether an event at a time, in seconds, is another one; then the pause begins anew."""
+        over = time - self._last > self._seconds
+        self._last = time if over else self._last
+        return over
+
+
+class _Watch:
+    """The contacts of one child in an episode, and what is counted of them."""
+
+    def __init__(self, account: Contacts) -> None:
+        self._account = account
+        self._strikes, self._on_surface, self._by_gates = (_Pause(STRIKE_PAUSE) for _ in range(3))
+        self._touched_at = self._pinched_at = -math.inf
+        self._lasted = self._fastest = self._energy = 0.0
+
+    def take_in(self, touches: Sequence[Touch], seconds: float, time: float, shut: Collection[int]) -> None:
+        for touch in touches:
+            if touch.kind in ("robot", "panel") and touch.speed > STRIKE_SPEED:
+                self._account.strikes += self._strikes.is_over(time)
+        if not any(touch.part or touch.kind == "robot" for touch in touches):
+            return
+        for at, together in itertools.groupby(touches, key=attrgetter("time")):
+            now = list(together)
+            robot = [touch for touch in now if touch.kind == "robot"]
+            held = [touch for touch in now if touch.part and touch.kind not in ("robot", "panel")]
+            self._touch(robot + held, seconds)
+            if robot:
+                self._step(at, robot, seconds)
+                self._watch_pinches(at, robot, [touch for touch in now if _is_solid(touch, shut)], seconds)
+            self._watch_gates(at, now)
+
+    def _touch(self, touches: list[Touch], seconds: float) -> None:
+        """Count what of the robot, and what it holds, touched which parts of the child in a physics step."""
+        parts = {touch.part for touch in touches} - {""}
+        for name in parts | {region_at(touch.height) for touch in touches}:
+            self._add(f"contact_seconds_{name}", seconds)
+
+    def _press(self, forces: dict[str, float], seconds: float) -> None:
+        """Count the forces on each region, N, in a physics step."""
+        account, force = self._account, sum(forces.values())
+        account.contact_seconds += seconds
+        account.contact_impulse += force * seconds
+        greatest = {"contact_force": force} | {f"contact_force_{region}": part for region, part in forces.items()}
+        for column, part in greatest.items():
+            setattr(account, column, max(getattr(account, column), part))
+
+    def _add(self, column: str, amount: float) -> None:
+        setattr(self._account, column, getattr(self._account, column) + amount)
+
+    def _step(self, time: float, touches: list[Touch], seconds: float) -> None:
+        account, begins = self._account, time - self._touched_at > _APART
+        if begins:
+            self._lasted = 0.0
+        self._touched_at = time
+        before, self._lasted = self._lasted, self._lasted + seconds
+        account.pressings += before < PRESSING - seconds / 2 <= self._lasted  # half a step for what rounding adds up to
+        forces: dict[str, float] = {}
+        for touch in touches:
+            region = region_at(touch.height)
+            forces[region] = forces.get(region, 0.0) + touch.force
+        self._press(forces, seconds)
+        # At first the surface is as fast as it has come. Then the child pushes it, which is not the robot's doing.
+        speeds = [touch.surface_speed if begins else min(touch.surface_speed, touch.driven_speed) for touch in touches]
+        speed = max(speeds)
+        account.contact_speed = max(account.contact_speed, speed)
+        if speed > STRIKE_SPEED:
+            account.contact_seconds_driven += seconds
+            account.strikes_surface += self._on_surface.is_over(time)
+        energies = [touch.mass * speed * speed / 2 for touch, speed in zip(touches, speeds, strict=True)]
+        self._grade(begins, speed, max(energies))
+
+    def _grade(self, begins: bool, speed: float, energy: float) -> None:
+        """Count a contact by its greatest speed and energy so far, and no longer by those before."""
+        was = "" if begins else band_of(self._fastest)
+        if begins:
+            self._fastest = self._energy = 0.0
+        self._fastest = max(self._fastest, speed)
+        if was != (band := band_of(self._fastest)):
+            self._add(f"contacts_{band}", 1)
+            if was:
+                self._add(f"contacts_{was}", -1)
+        if energy > self._energy:
+            self._account.contact_energy_total += energy - self._energy
+            self._account.contact_energy = max(self._account.contact_energy, energy)
+            self._energy = energy
+
+    def _watch_gates(self, time: float, touches: list[Touch]) -> None:
+        pushed = any(touch.kind == "panel" and touch.part and touch.speed > STRIKE_SPEED for touch in touches)
+        if pushed:
+            self._account.gate_strikes += self._by_gates.is_over(time)
+
+    def _watch_pinches(self, time: float, robot: list[Touch], solid: list[Touch], seconds: float) -> None:
+        if any(_cosine(one.direction, other.direction) <= _OPPOSITE for one in robot for other in solid):
+            self._account.pinches += time - self._pinched_at > _APART
+            self._account.pinch_seconds += seconds
+            self._pinched_at = time
+
+
+def _is_solid(touch: Touch, shut: Collection[int]) -> bool:
+    """Return whether what a child touches gives no way. Other children are no touch: they do not collide."""
+    return touch.kind in _SOLID or (touch.kind == "panel" and touch.index in shut)
+
+
+def _cosine(one: tuple[float, float], other: tuple[float, float]) -> float:
+    """The cosine between two directions; 0 if one is up or down."""
+    return one[0] * other[0] + one[1] * other[1]
 
 
 def region_at(height: float) -> str:

@@ -1,4 +1,4 @@
-"""The ledger: what happens to the children of an episode, booked once a novice timestep, in both worlds alike."""
+"""The ledger: what happens to the children of an episode, counted here alone, in both worlds alike."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ import numpy as np
 
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import KINDS
-from caregiver_mj.recording.record import COLUMNS, DAMAGE_THRESHOLD
+from caregiver_mj.recording.contacts import COUNTED
+from caregiver_mj.recording.record import DAMAGE_THRESHOLD
 
 SPENT = ("looking", "guarding", "handling")  # what a caregiver spends its time on
 BLOCKED = ("stairwell", "free")  # what a move led to that the caregiver was in the way of
 MET = ("entered", "entered_blocked", "held_up")  # how else a move met the caregiver; see `EpisodeRecord`
-_CONTACTS = {column.name: int if column.type == "int" else float for column in COLUMNS if column.role == "contact"}
 
 
 class Ledger:
-    """Books a batch of B episodes with K children each.
+    """Books a batch of B episodes with K children each. Worlds report by its methods, and write nothing here.
 
     Attributes:
         timestep: Novice timesteps booked so far.
@@ -31,7 +31,6 @@ class Ledger:
         seen: Timesteps in which each child was seen, (B, K).
         spent: Timesteps that the caregiver spent on each of `SPENT`, (B, 3).
         candles_dropped: Candles that fell, (B,).
-        strikes: Contacts with a moving robot, (B,).
         stopped_at: Timestep in which the damage came above the threshold, (B,); 0 where it did not.
         damage_until_stop: Damage until then, (B,).
         visits: Timesteps that children ended in each free cell, (B, free cells).
@@ -49,7 +48,7 @@ class Ledger:
         self.moves_met = np.zeros((batch, children, len(MET)), int)
         self.interventions, self.interventions_done = np.zeros((2, batch), int)
         self.seen, self.spent = np.zeros((batch, children), int), np.zeros((batch, len(SPENT)), int)
-        self.candles_dropped, self.strikes = np.zeros((2, batch), int)
+        self.candles_dropped = np.zeros(batch, int)
         self.stopped_at, self.damage_until_stop = np.zeros(batch, int), np.zeros(batch)
         self._visited = np.zeros((batch, len(plan.free_cells)), bool)
         self._visited[np.arange(batch)[:, None], cells] = True
@@ -91,6 +90,20 @@ class Ledger:
         self.damage_until_stop[running] = damage[running]
         self.stopped_at[(self.stopped_at == 0) & (damage > DAMAGE_THRESHOLD)] = self.timestep
 
+    def intervene(self, begun: np.ndarray | int, done: np.ndarray | int) -> None:
+        """Count how many interventions have begun now, and how many have been completed, (B,)."""
+        self.interventions += begun
+        self.interventions_done += done
+
+    def attend(self, seen: np.ndarray | int, spent: np.ndarray | int = 0) -> None:
+        """Count, for a novice timestep, which children are seen, (B, K), and what it is spent on, (B, `SPENT`)."""
+        self.seen += seen
+        self.spent += spent
+
+    def drop(self, candles: int) -> None:
+        """Count candles that have fallen."""
+        self.candles_dropped += candles
+
     @property
     def damage(self) -> np.ndarray:
         """All damage so far, (B,)."""
@@ -116,8 +129,7 @@ class Ledger:
             "seen": self.seen.mean(axis=1) / max(1, self.timestep),
             **{what: self.spent[:, i] / max(1, self.timestep) for i, what in enumerate(SPENT)},
             "candles_dropped": self.candles_dropped,
-            "strikes": self.strikes,
-            **{name: np.zeros(len(self.strikes), kind) for name, kind in _CONTACTS.items()},  # the house counts those
+            **{name: np.zeros(len(self.seen), kind) for name, kind in COUNTED.items()},  # see `Contacts`
         }
 
     def by_child(self) -> dict[str, np.ndarray]:

@@ -26,15 +26,13 @@ from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.settings import episode_random, episode_seed
 from caregiver_mj.experiments.workers import run_jobs
-from caregiver_mj.house.children import ContactWatch
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.sensing import Sensing
-from caregiver_mj.house.touch import Touch
 from caregiver_mj.outside import parse_json
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.policy.policy import CaregiverPolicy
-from caregiver_mj.recording.contacts import STRIKE_SPEED, Contacts
+from caregiver_mj.recording.contacts import STRIKE_SPEED, Contacts, Touch
 from caregiver_mj.robot.skills import Skill
 from caregiver_mj.robot.status import Status
 from caregiver_mj.tasks import load
@@ -123,13 +121,12 @@ class Presses:
 
     def __init__(self, children: int) -> None:
         self.counts = dict.fromkeys((part + how for part in PARTS for how in ("", ", moving")), 0)
-        self._watches = [ContactWatch() for _ in range(children)]
         self._touching = [_Touching(Contacts(), collections.Counter()) for _ in range(children)]
         self._touched_at = [0.0] * children
 
     def look(self, physics: Physics) -> None:
         """Take in what the children have touched in the last control timestep."""
-        for child, watch in enumerate(self._watches):
+        for child in range(len(self._touching)):
             touches = [touch for touch in physics.touches if touch.child == child and touch.kind == "robot"]
             if not touches:
                 continue
@@ -138,7 +135,7 @@ class Presses:
             now, self._touched_at[child] = self._touching[child], touches[-1].time
             now.parts.update(_touched(physics, child))
             before = now.since.pressings
-            watch.take_in(touches, physics.timestep(), now.since)
+            now.since.take_in(0, touches, physics.timestep(), physics.time())
             if now.since.pressings > before:
                 how = ", moving" if now.since.contact_speed > MOVES else ""
                 self.counts[max(PARTS, key=now.parts.__getitem__) + how] += 1

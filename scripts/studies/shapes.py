@@ -44,7 +44,8 @@ from study import Page, Parser, read_run, run_all, run_episodes
 COUNTS = ("strikes", "strikes_surface", "candles_dropped")
 SLOWED = {"pace": False, "separation": True}  # columns of damage, and whether the caregiver slows down beside a child
 TICKS = 5  # into which a step of the caregiver is divided
-_CHANGED = "caregiver_cell", "holding", "candle_table", "state", "orders", "done"  # of a world, by a caregiver's action
+# Attributes of a world that a caregiver's action changes.
+_CHANGED = "caregiver_cell", "holding", "candle_table", "state", "orders", "done", "ledger"
 PARTS = "interventions", "interventions_done", "moves_blocked_stairwell", "moves_blocked_free", "toys_reached"
 
 
@@ -139,12 +140,10 @@ class SlowedGrid(GridWorld):
     def _act(self, caregiver: Caregiver, accepts: Callable[[tuple[Any, ...]], bool]) -> tuple[tuple[Any, ...], str]:
         """Run an action of the caregiver, taken back unless its outcome is accepted; return that, and its verb."""
         kept = {name: copy.deepcopy(getattr(self, name)) for name in _CHANGED}
-        begun, done = self.ledger.interventions.copy(), self.ledger.interventions_done.copy()
         self.act_caregiver(caregiver)
         after, verb = self._state(), str(self.orders.verb[0])
         if not accepts(after):
             vars(self).update(kept)
-            self.ledger.interventions, self.ledger.interventions_done = begun, done
         return after, verb
 
     def _state(self) -> tuple[Any, ...]:

@@ -5,11 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from caregiver_mj.house.children import ContactWatch
 from caregiver_mj.house.physics import Physics
-from caregiver_mj.house.touch import Touch
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.recording.contacts import Contacts, region_at
+from caregiver_mj.recording.contacts import Contacts, Touch, region_at
 from caregiver_mj.robot.view import CHILD_RADIUS
 
 STEP = 0.005  # seconds
@@ -24,9 +22,10 @@ def touch(time, speed=0.0, force=0.0, height=0.2, kind="robot", driven=math.inf,
 
 def counted(*touches, lots=1, shut=()):
     """What is counted of touches, taken in together or in several lots, where some gates are shut."""
-    watch, tally = ContactWatch(), Contacts()
+    tally = Contacts()
     for lot in np.array_split(np.arange(len(touches)), lots):
-        watch.take_in([touches[i] for i in lot], STEP, tally, shut)
+        some = [touches[i] for i in lot]
+        tally.take_in(0, some, STEP, some[-1].time if some else 0.0, shut)
     return tally
 
 
@@ -41,6 +40,21 @@ def test_contacts_at_a_time_are_one_whose_forces_add_up_and_what_is_no_robot_is_
     assert (tally.contact_force_head, tally.contact_impulse) == (0.0, pytest.approx(60.0 * STEP))
     # Nothing is counted of what is no robot.
     assert counted(touch(0.0, 1.0, 50.0, kind="wall"), touch(0.0, 1.0, 50.0, kind="table")) == Contacts()
+
+
+@pytest.mark.parametrize("thing", ["robot", "panel"])  # a gate that the robot moves counts as its surface
+def test_strikes_are_contacts_faster_than_5_cm_a_second_and_half_a_second_apart(thing):
+    account = Contacts(2)
+
+    def strikes(time, *speeds, child=0):
+        before = account.strikes
+        touches = [Touch(child, thing, -1, (1.0, 0.0), speed) for speed in speeds]
+        account.take_in(child, touches, STEP, time)
+        return account.strikes - before
+
+    assert (strikes(0.0, 0.04, -1.0), strikes(0.1, 0.06, 0.3), strikes(0.5, 0.3)) == (0, 1, 0)
+    assert strikes(0.5, 0.3, child=1) == 1  # each child has its own half a second
+    assert strikes(0.7, 0.3) == 1
 
 
 @pytest.mark.parametrize(("height", "region"), [(0.1, "legs"), (0.24, "trunk"), (0.5, "trunk"), (0.7, "head")])

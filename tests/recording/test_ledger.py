@@ -1,7 +1,12 @@
 """The ledger, with episodes worked by hand."""
 
-import numpy as np
+import ast
+import pathlib
 
+import numpy as np
+import pytest
+
+import caregiver_mj
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import KINDS
 from caregiver_mj.recording.ledger import BLOCKED, MET, SPENT, Ledger
@@ -138,13 +143,11 @@ def test_episodes_of_a_batch_do_not_mix():
 
 def test_other_events_are_booked_by_whoever_sees_them_and_totals_are_the_outcomes():
     two = ledger([0], [1])
-    two.interventions[1] += 3
-    two.interventions_done[1] += 2
-    two.strikes[0] += 1
-    two.candles_dropped[0] += 4
-    names = ("interventions", "interventions_done", "strikes", "candles_dropped")
-    assert [two.outcome(0)[name] for name in names] == [0, 0, 1, 4]
-    assert [two.outcome(1)[name] for name in names] == [3, 2, 0, 0]
+    two.intervene(np.array([0, 3]), np.array([0, 2]))
+    two.drop(4)
+    names = ("interventions", "interventions_done", "candles_dropped")
+    assert [two.outcome(0)[name] for name in names] == [0, 0, 4]
+    assert [two.outcome(1)[name] for name in names] == [3, 2, 4]
     # Totals are the outcomes.
     two = ledger([0, 1], [2, 3])
     book(two, [[0, 1], [2, 3]], [[1, 1], [2, 2]], [[STAIRS, NONE], [TABLE, CANDLE]])
@@ -160,3 +163,36 @@ def test_how_a_move_met_the_caregiver_is_added_up():
         one.book(np.array([[2, 4]]), np.array([[2, 4]]), harm, nothing, denied, np.array([met]))
     totals = one.totals()
     assert [totals[f"moves_{how}"].item() for how in MET] == [2, 1, 2]
+
+
+ROOT = pathlib.Path(caregiver_mj.__file__).parents[1]
+ACCOUNTS = {"ledger", "contacts", "tally", "account"}  # what the account is called elsewhere
+
+
+def written(source: str) -> list[str]:
+    """What a module writes into an account from outside: `self.ledger.seen += 1`, `ledger.toys[0] = 2` and so on."""
+    targets = []
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Assign):
+            targets += [part for target in node.targets for part in getattr(target, "elts", [target])]
+        elif isinstance(node, ast.AugAssign | ast.AnnAssign):
+            targets.append(node.target)
+    inner = {
+        ast.unparse(part.value) for target in targets for part in ast.walk(target) if isinstance(part, ast.Attribute)
+    }
+    return sorted(name for name in inner if name.split(".")[-1] in ACCOUNTS)
+
+
+def test_worlds_and_policies_write_nothing_into_the_account():
+    files = [*ROOT.glob("caregiver_mj/**/*.py"), *ROOT.glob("tasks/*.py")]
+    outside = [path for path in files if path.parent.name != "recording"]
+    assert len(outside) > 100
+    assert {str(path.relative_to(ROOT)): found for path in outside if (found := written(path.read_text()))} == {}
+
+
+@pytest.mark.parametrize(
+    "line", ["self.ledger.seen += 1", "world.ledger.toys[0] = 2", "tally.strikes, x = 1, 2", "ledger.seen[0] += 1"]
+)
+def test_what_is_written_into_an_account_is_found(line):
+    assert written(line)
+    assert not written("self.ledger, self.contacts = Ledger(), Contacts()\nseen = self.ledger.seen")
