@@ -24,6 +24,7 @@ from caregiver_mj.caregivers.percept import PAPER, Pace, Percept
 from caregiver_mj.caregivers.told import Future, ToldCaregiver, Truth
 from caregiver_mj.children.behaviour import ChildPercept
 from caregiver_mj.children.family import Family
+from caregiver_mj.children.rules import DENIED, MoveRules, denied
 from caregiver_mj.children.tape import Random, Tape, start_cells
 from caregiver_mj.errors import CaregiverError, check_integer, check_kind
 from caregiver_mj.grid.eyes import GridEyes
@@ -35,7 +36,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan, check_house
 from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, State, Where
 from caregiver_mj.plans.routes import STAY, routes
 from caregiver_mj.plans.visibility import Sight
-from caregiver_mj.recording.ledger import BLOCKED, Ledger
+from caregiver_mj.recording.ledger import Ledger
 
 CAREGIVER_ACTIONS = int(PAPER.cells)  # in a novice timestep
 
@@ -87,7 +88,7 @@ class GridWorld(GridState):
         self.behaviours = list(Family.of(family).make(plan))
         self.caregiver = caregiver
         self._caregiver_actions = caregiver_actions
-        self._next_cell, self._target, self._target_index = plan.graph.moves
+        self._rules = MoveRules(plan)
         self._lying = np.full(len(plan.free_cells), NOTHING)  # number of the hazard on the floor of each free cell
         self._lying[list(plan.floor_cells)] = plan.hazards.number(Where.FLOOR, np.arange(len(plan.floor_cells)))
         # What a collision with each hazard does, and, the last one, one with a bare table: (hazards + 1, kinds).
@@ -215,7 +216,7 @@ class GridWorld(GridState):
         # New arrays, for a caregiver may have kept what it was shown.
         begun = self.previous_cell = self.child_cell
         self.child_cell, self.previous_action = begun.copy(), self.previous_action.copy()
-        harm, blocked = np.zeros((*begun.shape, len(KINDS))), np.zeros((*begun.shape, len(BLOCKED)), bool)
+        harm, blocked = np.zeros((*begun.shape, len(KINDS))), np.zeros((*begun.shape, len(DENIED)), bool)
         toys, self._met = np.zeros((2, *begun.shape), bool)
         for child in range(len(self.behaviours)):
             booked = self._move(child, draws[:, child])
@@ -228,23 +229,16 @@ class GridWorld(GridState):
         goal = shown(self.goal[:, child])
         self.goal[:, child] = behaviour.reconsider(goal, draws[:, 2])
         action = behaviour.act(ChildPercept(*map(shown, (cell, goal, caregiver_cell, self.bumped[:, child]))), draws)
-        target, index = self._target[cell, action], self._target_index[cell, action]
-        stays = action == NOTHING
-        next_cell = np.where(stays, cell, self._next_cell[cell, action])
-        targets = Target.FREE, Target.STAIRWELL, Target.TABLE, Target.BIN
-        free, stairwell, table, toy_bin = ((target == kind) & ~stays for kind in targets)
-        # A child waits before a cell in which another one is.
-        others = np.delete(self.child_cell, child, axis=1)
-        waits = free & (next_cell[:, None] == others).any(axis=1)
-        # A stairwell's landing is the cell after the free ones; that behind a gate is none of the caregiver's.
-        entered = np.where(stairwell, len(self.plan.free_cells) + index, np.where(free, next_cell, NOTHING))
-        met = (entered == caregiver_cell) & (entered != NOTHING)
+        way = self._rules.way(cell, action)
+        target, index = way.target, way.index
+        stairwell, table = target == Target.STAIRWELL, target == Target.TABLE
+        waits, met = way.waits(np.delete(self.child_cell, child, axis=1)), way.meets(caregiver_cell)
         self.previous_action[:, child] = np.where(waits, NOTHING, action)
         shut = stairwell
         if stairwell.any():
             shut = stairwell & (self.state[np.arange(len(cell)), np.where(stairwell, index, 0)] == State.SHUT)
         blocked = (met | shut) & ~waits
-        next_cell = np.where(blocked | waits, cell, next_cell)
+        next_cell = np.where(blocked | waits, cell, way.next_cell)
         bears = table[:, None] & (self.candle_table == index[:, None])  # (B, candles)
         hazard = np.where(stairwell, index, NOTHING)
         if bears.size:
@@ -256,12 +250,11 @@ class GridWorld(GridState):
             hazard = np.where(takes, lying, hazard)
             self.state[takes, lying[takes]] = State.GONE
         harm = self._harm[hazard] * ((stairwell & ~blocked) | table | takes)[:, None]
-        reached = toy_bin & (index == self.goal[:, child])
-
+        reached = way.reaches(self.goal[:, child])
         self.goal[:, child] = np.where(reached, behaviour.next_bin(draws[:, 2]), self.goal[:, child])
-        self.bumped[:, child] = (next_cell == cell) & ~stays
+        self.bumped[:, child] = (next_cell == cell) & (target != NOTHING)
         self.child_cell[:, child] = next_cell
-        return harm, reached, np.stack([blocked & stairwell, blocked & free], axis=1), met
+        return harm, reached, denied(target, blocked), met
 
     def _seen_caregiver(self) -> np.ndarray:
         """The caregiver's cell, or NOTHING where there is none, (B,)."""

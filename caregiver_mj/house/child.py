@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from caregiver_mj.children.behaviour import Behaviour, ChildPercept
+from caregiver_mj.children.rules import DENIED, MoveRules, denied
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.children.walk import ToddlerWalk, Vector
 from caregiver_mj.plans.cell_graph import ACTIONS, Cell, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, State, Where, kinds_at
 from caregiver_mj.recording.contacts import Touch
-from caregiver_mj.recording.ledger import BLOCKED, MET
+from caregiver_mj.recording.ledger import MET
 
 if TYPE_CHECKING:
     from caregiver_mj.house.physics import Physics
@@ -54,7 +55,7 @@ class HouseChild:
         # What has become of each hazard, (hazards,), at any time; as planned if left out.
         self._state = np.zeros(len(plan.hazards), int) if state is None else state
         self.behaviour, self.walk = behaviour, ToddlerWalk(novice_timestep)
-        self._plan, self._moves = plan, plan.graph.moves
+        self._plan, self._rules = plan, MoveRules(plan)
         self._damage, self._things = plan.damage, [hazard.kind for hazard in plan.hazards.at(Where.ON_TABLE)]
 
     def reset(self, tape: Tape, cell: int, yaw: float) -> None:
@@ -97,18 +98,18 @@ class HouseChild:
         sight = ChildPercept(*(np.array([value]) for value in (self.cell, self.goal, caregiver_cell, self._bumped)))
         action = int(self.behaviour.act(sight, draws)[0])
         self.move, self._entry = Move(self.cell, self.cell, draw=draws[:, 2], rests=action == NOTHING), None
-        next_cell, target, index = self._moves
-        if action == NOTHING or (target[self.cell, action] == Target.FREE and next_cell[self.cell, action] in taken):
+        way = self._rules.way(self.cell, action)
+        if action == NOTHING or way.waits(np.array([*taken], int)):
             self.walk.stay()
             return
-        self.move.target, self.move.going = Target(int(target[self.cell, action])), int(next_cell[self.cell, action])
-        self.move.to_toy = self.move.target == Target.BIN and int(index[self.cell, action]) == self.goal
+        self.move.target, self.move.going = Target(int(way.target)), int(way.next_cell)
+        self.move.to_toy = bool(way.reaches(self.goal))
         home, (down, right) = self._plan.free_cells[self.cell], ACTIONS[action]
         ahead = home[0] + down, home[1] + right
         here, there = (tuple(self._plan.position(cell).tolist()) for cell in (home, ahead))
-        if self.move.target in (Target.FREE, Target.STAIRWELL):
+        if self.move.target in DENIED:
             self._entry = there
-            if caregiver_cell == self._plan.cell_index.get(ahead):
+            if way.meets(caregiver_cell):
                 self.move.entered = None
         self.walk.begin(here, there, bump=self.move.target != Target.FREE)
 
@@ -214,7 +215,7 @@ class Move:
         """Return what came of it, once it has ended in a free cell."""
         harm = np.array([self.harm if kind.name == self.kind else 0.0 for kind in KINDS])
         blocked = self.met_robot and ended == self.begun and not self.fell
-        what = np.array([blocked and self.target == Target[name.upper()] for name in BLOCKED])
+        what = denied(NOTHING if self.target is None else self.target, blocked)
         met = {
             "entered": bool(self.entered),
             "entered_blocked": bool(self.entered and what.any()),

@@ -6,13 +6,14 @@ from typing import Any
 
 import numpy as np
 
+from caregiver_mj.children.rules import DENIED
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import KINDS
 from caregiver_mj.recording.contacts import COUNTED
 from caregiver_mj.recording.record import DAMAGE_THRESHOLD
 
 SPENT = ("looking", "guarding", "handling")  # what a caregiver spends its time on
-BLOCKED = ("stairwell", "free")  # what a move led to that the caregiver was in the way of
+BLOCKED = tuple(target.name.lower() for target in DENIED)  # what a move led to that the caregiver was in the way of
 MET = ("entered", "entered_blocked", "held_up")  # how else a move met the caregiver; see `EpisodeRecord`
 
 
