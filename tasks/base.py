@@ -232,7 +232,7 @@ class CareTask(control.Task):
         self.candles.reset(tables)
         self.children.state[:] = State.AS_PLANNED
         self._latched: list[bool] = []
-        self.ledger, self.contacts = Ledger(self.plan, cells, EPISODE_TIMESTEPS), Contacts(len(self.children))
+        self.ledger, self.contacts = Ledger(self.plan, cells, EPISODE_TIMESTEPS), Contacts()
         self._control_steps = 0
         self.observer.reset(physics, self.caregiver_seed)
 
@@ -247,7 +247,9 @@ class CareTask(control.Task):
         self.things.go_along(physics)
 
     def after_step(self, physics: Physics) -> None:
-        self.children.take_in(physics, self.candles, self.contacts)
+        if physics.touches:
+            self.contacts.take_in(physics.touches, physics.timestep(), physics.time(), self.children.shut_gates)
+        self.children.take_in(physics, self.candles)
         if self.has_robot:
             watch_candle(physics, self.control_timestep, self.contacts)
         if self.plan.mouths:

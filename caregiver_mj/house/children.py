@@ -15,7 +15,6 @@ from caregiver_mj.house.child import SOFTNESS, Booking, CompliantBody, HouseChil
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, State
-from caregiver_mj.recording.contacts import Contacts, Touch
 
 
 class Children(Sequence[HouseChild]):
@@ -79,21 +78,21 @@ class Children(Sequence[HouseChild]):
             else:
                 physics.set_toddler(child.walk, number)
 
-    def take_in(self, physics: Physics, candles: Candles, contacts: Contacts) -> None:
-        """Have them take in what they touched in the last control timestep, and the account, too."""
+    def take_in(self, physics: Physics, candles: Candles) -> None:
+        """Have them take in what they touched in the last control timestep."""
         if not physics.touches:  # most of the time
             for child in self._children:
                 child.touched = ()
             return
-        touches: list[list[Touch]] = [[] for _ in self]
-        for touch in physics.touches:
-            touches[touch.child].append(touch)
-        on_table, seconds, time = functools.partial(candles.are_on, physics), physics.timestep(), physics.time()
-        shut = [gate for gate, state in enumerate(self.state[self._gates]) if state == State.SHUT]
-        for number, felt in enumerate(touches):
-            contacts.take_in(number, felt, seconds, time, shut)
-            self[number].take_in(felt, on_table)
+        on_table = functools.partial(candles.are_on, physics)
+        for number, child in enumerate(self):
+            child.take_in([touch for touch in physics.touches if touch.child == number], on_table)
         self.harm = max(child.move.harm for child in self)
+
+    @property
+    def shut_gates(self) -> list[int]:
+        """The numbers of the gates that are shut."""
+        return np.flatnonzero(self.state[self._gates] == State.SHUT).tolist()
 
     def hurt(self, number: int, kind: str) -> None:
         """Have one of them hurt itself at a kind of thing."""

@@ -110,27 +110,26 @@ class Contacts(types.SimpleNamespace):
     pressing when the contact has lasted for that long.
     """
 
-    def __init__(self, children: int = 1) -> None:
+    def __init__(self) -> None:
         super().__init__(**{name: kind(0) for name, kind in COUNTED.items()})
         self.flame_distance = self.wax_distance = FAR
-        self._watches = [_Watch(self) for _ in range(children)]
+        self._watches: dict[int, _Watch] = {}  # by the child
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Contacts) and self.outcome() == other.outcome()
 
-    def take_in(
-        self, child: int, touches: Sequence[Touch], seconds: float, time: float, shut: Collection[int] = ()
-    ) -> None:
-        """Count the contacts of a child in a control timestep.
+    def take_in(self, touches: Sequence[Touch], seconds: float, time: float, shut: Collection[int] = ()) -> None:
+        """Count the contacts of children in a control timestep.
 
         Args:
-            child: The child's number.
-            touches: All that it touched, in the order in which it did.
+            touches: All that they touched, each in the order in which it did.
             seconds: Those of a physics step.
             time: When the control timestep ended, seconds.
             shut: Numbers of the closed gates.
         """
-        self._watches[child].take_in(touches, seconds, time, shut)
+        for child in sorted({touch.child for touch in touches}):
+            watch = self._watches.setdefault(child, _Watch(self))
+            watch.take_in([touch for touch in touches if touch.child == child], seconds, time, shut)
 
     def carry(self, flame: float, wax: float, seconds: float) -> None:
         """Take in how far flame and wax of a candle in the hand were from the nearest child, metres."""

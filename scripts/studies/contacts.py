@@ -135,7 +135,7 @@ class Presses:
             now, self._touched_at[child] = self._touching[child], touches[-1].time
             now.parts.update(_touched(physics, child))
             before = now.since.pressings
-            now.since.take_in(0, touches, physics.timestep(), physics.time())
+            now.since.take_in(touches, physics.timestep(), physics.time())
             if now.since.pressings > before:
                 how = ", moving" if now.since.contact_speed > MOVES else ""
                 self.counts[max(PARTS, key=now.parts.__getitem__) + how] += 1

@@ -25,7 +25,7 @@ def counted(*touches, lots=1, shut=()):
     tally = Contacts()
     for lot in np.array_split(np.arange(len(touches)), lots):
         some = [touches[i] for i in lot]
-        tally.take_in(0, some, STEP, some[-1].time if some else 0.0, shut)
+        tally.take_in(some, STEP, some[-1].time if some else 0.0, shut)
     return tally
 
 
@@ -44,12 +44,12 @@ def test_contacts_at_a_time_are_one_whose_forces_add_up_and_what_is_no_robot_is_
 
 @pytest.mark.parametrize("thing", ["robot", "panel"])  # a gate that the robot moves counts as its surface
 def test_strikes_are_contacts_faster_than_5_cm_a_second_and_half_a_second_apart(thing):
-    account = Contacts(2)
+    account = Contacts()
 
     def strikes(time, *speeds, child=0):
         before = account.strikes
         touches = [Touch(child, thing, -1, (1.0, 0.0), speed) for speed in speeds]
-        account.take_in(child, touches, STEP, time)
+        account.take_in(touches, STEP, time)
         return account.strikes - before
 
     assert (strikes(0.0, 0.04, -1.0), strikes(0.1, 0.06, 0.3), strikes(0.5, 0.3)) == (0, 1, 0)
