@@ -18,7 +18,7 @@ class Way(NamedTuple):
 
     next_cell: np.ndarray  # free cell after it if nobody is in the way; that before it for a bump, or no move
     target: np.ndarray  # the `Target` that it meets, or NOTHING for a child that stays where it is
-    index: np.ndarray  # the number of that among stairwells, tables or bins, or NOTHING
+    number: np.ndarray  # the number of that among stairwells, tables or bins, or NOTHING
     entered: np.ndarray  # the caregiver's cell that it would enter, or NOTHING
 
     def waits(self, others: np.ndarray) -> np.ndarray:
@@ -31,7 +31,7 @@ class Way(NamedTuple):
 
     def reaches(self, goal: np.ndarray | int) -> np.ndarray:
         """Return whether it is into the toy bin of that number."""
-        return (self.target == Target.BIN) & (self.index == goal)
+        return (self.target == Target.BIN) & (self.number == goal)
 
 
 class MoveRules:

@@ -230,7 +230,7 @@ class GridWorld(GridState):
         self.goal[:, child] = behaviour.reconsider(goal, draws[:, 2])
         action = behaviour.act(ChildPercept(*map(shown, (cell, goal, caregiver_cell, self.bumped[:, child]))), draws)
         way = self._rules.way(cell, action)
-        target, index = way.target, way.index
+        target, index = way.target, way.number
         stairwell, table = target == Target.STAIRWELL, target == Target.TABLE
         waits, met = way.waits(np.delete(self.child_cell, child, axis=1)), way.meets(caregiver_cell)
         self.previous_action[:, child] = np.where(waits, NOTHING, action)

@@ -13,7 +13,7 @@ LANDING = 6
 
 
 @pytest.mark.parametrize(
-    ("cell", "action", "next_cell", "target", "index", "entered"),
+    ("cell", "action", "next_cell", "target", "number", "entered"),
     [
         (A, EAST, B, Target.FREE, NOTHING, B),
         (A, WEST, A, Target.BIN, 0, NOTHING),
@@ -23,8 +23,8 @@ LANDING = 6
         (F, NOTHING, F, NOTHING, NOTHING, NOTHING),
     ],
 )
-def test_what_a_move_leads_to(cell, action, next_cell, target, index, entered):
-    assert MoveRules(PLAN).way(cell, action) == (next_cell, target, index, entered)
+def test_what_a_move_leads_to(cell, action, next_cell, target, number, entered):
+    assert MoveRules(PLAN).way(cell, action) == (next_cell, target, number, entered)
 
 
 def test_of_a_batch_it_is_the_same():
