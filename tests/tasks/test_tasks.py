@@ -15,10 +15,13 @@ from dm_control.rl import control
 from dm_env import test_utils
 
 import caregiver_mj
+from caregiver_mj.caregivers.caregiver import Caregiver
+from caregiver_mj.children.tape import Tape
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.grid.world import run_episodes
+from caregiver_mj.grid.world import GridWorld, run_episodes
+from caregiver_mj.interventions.verb import DO_NOTHING, Interventions
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import DamageWeights
+from caregiver_mj.plans.hazards import NOTHING, DamageWeights
 from caregiver_mj.recording.record import COLUMNS
 
 PLAN = FloorPlan.parse("########\n#B....C#\n#....T.#\n#.S....#\n#....TB#\n########", "small")
@@ -322,6 +325,43 @@ def test_unassisted_toddler_fares_in_the_house_as_in_the_grid(plan, epsilon, see
     assert ours["damage"] > 0
     np.testing.assert_array_equal(env.task.ledger.visits, expected.visits)
     np.testing.assert_array_equal(env.task.ledger.damage_at, expected.damage_at)
+
+
+class Still(Caregiver):
+    """Stays where it is, and lets nobody by."""
+
+    yields = False
+
+    def choose(self, percept):
+        return np.full(len(percept.caregiver_cell), NOTHING)
+
+    def decide(self, percept):
+        nothing = Interventions.idle(len(percept.caregiver_cell))
+        nothing.verb[:] = DO_NOTHING
+        return nothing
+
+
+@pytest.mark.parametrize(
+    ("rows", "seed", "denied"),
+    [("######\n#S..B#\n#....#\n#B.TC#\n######", 3, "free"), ("#####\n#S.B#\n##T##\n#####", 3, "stairwell")],
+    ids=["in_a_cell", "on_a_landing"],
+)
+def test_a_caregiver_in_the_way_denies_the_same_in_the_house_and_in_the_grid(rows, seed, denied):
+    """Both worlds, run for 20 novice timesteps, count all alike; that takes 3 s in the house."""
+    plan = FloorPlan.parse(rows, "small")
+    world = GridWorld(plan, 0.75, Still(plan))
+    world.reset([Tape.draw_family(np.random.RandomState(seed), 1)])
+    env = caregiver_mj.load("supervise", plan, epsilon=0.75, visuals=False)
+    env.task.reseed(seed)
+    policy, step = caregiver_mj.CaregiverPolicy(env, Still(plan)), env.reset()
+    for timestep in range(1, 21):
+        world.step()
+        while env.task.timestep < timestep:
+            step = env.step(policy(step))
+    ours, theirs = world.ledger.outcome(), env.task.ledger.outcome()
+    assert ours == theirs
+    assert ours[f"moves_blocked_{denied}"] > 0
+    np.testing.assert_array_equal(env.task.ledger.damage_at, world.ledger.damage_at)
 
 
 # -- The end of an environment -----------------------------------------------------------------------
