@@ -120,9 +120,8 @@ class NearestFirstCaregiver(GuardCaregiver):
         least = np.where(bare_tables(table, len(self._beside)), self._beside, np.inf).min(axis=1)
         worse = (table != NOTHING) & (self._beside[table] > least[:, None])
         far = np.where(worse, self._to_table[cell[:, None], table], np.inf)
-        if percept.candle_cell is not None:
-            for world, thing in np.argwhere(percept.candle_cell != NOTHING):
-                far[world, thing] = graph.distances_from([percept.candle_cell[world, thing]])[0, cell[world]]
+        for world, thing, moves in percept.fallen(graph):
+            far[world, thing] = moves[cell[world]]
         return far
 
     def destination(self, percept: Percept, candle: np.ndarray) -> np.ndarray:

@@ -153,10 +153,8 @@ class Caregiver(abc.ABC):
         """
         cell, table = percept.child_cell, percept.candle_table
         candles = np.where(table[:, None] == NOTHING, np.inf, self.table_distances[cell[..., None], table[:, None]])
-        if percept.candle_cell is not None:
-            for world, candle in np.argwhere(percept.candle_cell != NOTHING):
-                steps = self.plan.graph.distances_from([percept.candle_cell[world, candle]])[0, cell[world]]
-                candles[world, :, candle] = np.maximum(1, steps)
+        for world, candle, steps in percept.fallen(self.plan.graph):
+            candles[world, :, candle] = np.maximum(1, steps[cell[world]])
         lying = self.floor_distances[cell]
         if percept.gone is not None:
             lying = np.where(percept.gone[:, None], np.inf, lying)

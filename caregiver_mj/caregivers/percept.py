@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from caregiver_mj.danger.belief import Belief
 from caregiver_mj.danger.chain import ChildChain, first_entry, first_passage, presence
 from caregiver_mj.danger.child_model import CHANGE, child_chain
 from caregiver_mj.danger.tracker import Tracker
+from caregiver_mj.plans.cell_graph import CellGraph
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
@@ -97,6 +98,12 @@ class Percept:
     belief: Tracker | None = None
     frames: Callable[[], dict[str, np.ndarray]] | None = None
 
+    def fallen(self, graph: CellGraph) -> Iterator[tuple[int, int, np.ndarray]]:
+        """Yield each candle on the floor: its world, its number, and the moves to it from every cell, (cells,)."""
+        if self.candle_cell is not None:
+            for world, candle in np.argwhere(self.candle_cell != NOTHING).tolist():
+                yield world, candle, graph.distances_from([int(self.candle_cell[world, candle])])[0]
+
 
 @dataclasses.dataclass(frozen=True)
 class Assessment:
@@ -157,10 +164,8 @@ class Outlook:
         table = percept.candle_table[:, None]
         candles = np.take_along_axis(tables, np.where(table == NOTHING, 0, table), axis=2) if tables.size else tables
         candles = np.where(table == NOTHING, 0.0, candles)
-        if percept.candle_cell is not None:
-            for world, candle in np.argwhere(percept.candle_cell != NOTHING):
-                steps = plan.graph.distances_from([percept.candle_cell[world, candle]])[0, self.cell[world]]
-                candles[world, :, candle] = 1.0 / np.maximum(1, steps)
+        for world, candle, steps in percept.fallen(plan.graph):
+            candles[world, :, candle] = 1.0 / np.maximum(1, steps[self.cell[world]])
         entry = _entries(self.chain, plan.floor_cells, timesteps)
         entry = entry.reshape(cells, goals * epsilons, len(plan.floor_cells))
         lying = self.expected(entry)

@@ -126,7 +126,6 @@ class Encoder:
         """Return the caregiver's moves to where it does something about each hazard, (B, hazards)."""
         plan, cell, table = self._caregiver.plan, percept.caregiver_cell, percept.candle_table
         candles = np.where(table == NOTHING, 0.0, self._to_table[cell[:, None], table])
-        if percept.candle_cell is not None:
-            for world, candle in np.argwhere(percept.candle_cell != NOTHING):
-                candles[world, candle] = plan.graph.distances_from([percept.candle_cell[world, candle]])[0, cell[world]]
+        for world, candle, moves in percept.fallen(plan.graph):
+            candles[world, candle] = moves[cell[world]]
         return plan.hazards.join(self._to_stairwell[cell], candles, self._to_floor[cell])

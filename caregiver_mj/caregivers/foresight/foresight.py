@@ -232,12 +232,12 @@ class ForesightCaregiver(Caregiver):
 
     def _within_reach_on_the_floor(self, percept: Percept) -> np.ndarray:
         """Return which candles are to be picked up, bool (B, candles)."""
-        if percept.candle_cell is None:
-            return np.zeros(percept.candle_table.shape, bool)
-        lying = percept.candle_cell != NOTHING
-        if percept.out_of_reach is None:
-            return lying
-        return lying & ~self.plan.hazards.split(percept.out_of_reach)[1]
+        lying = np.zeros(percept.candle_table.shape, bool)
+        if percept.candle_cell is not None:
+            lying |= percept.candle_cell != NOTHING
+        if percept.out_of_reach is not None:
+            lying &= ~self.plan.hazards.split(percept.out_of_reach)[1]
+        return lying
 
 
 def each_on_a_table(plan: FloorPlan, percept: Percept) -> Percept:
