@@ -166,13 +166,7 @@ class CareTask(control.Task):
         self.things = Things(plan)
         tables = np.column_stack([rectangles, self.candles.table_heights])
         self.observer = Observer(
-            plan,
-            len(self.children),
-            tables,
-            control_timestep,
-            has_robot=robot,
-            sensing=sensing,
-            sight=sight,
+            plan, len(self.children), tables, control_timestep, has_robot=robot, sensing=sensing, sight=sight
         )
         self.caregiver: Caregiver | None = None
         self.caregiver_seed = 0

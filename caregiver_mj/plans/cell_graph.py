@@ -68,7 +68,6 @@ class CellGraph:
         symbols: np.ndarray,
         free_cells: Sequence[Cell],
         landings: Sequence[Cell],
-        *,
         stairwells: Sequence[Cell],
         tables: Sequence[Cell],
         bins: Sequence[Cell],

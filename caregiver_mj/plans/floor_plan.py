@@ -201,17 +201,8 @@ class FloorPlan:
     @functools.cached_property
     def graph(self) -> CellGraph:
         """Moves and walking distances."""
-        return CellGraph(
-            self.name,
-            self.symbols,
-            self.free_cells,
-            self.landings,
-            stairwells=self.stairwells,
-            tables=self.tables,
-            bins=self.bins,
-            floor_cells=self.floor_cells,
-            mouths=self.mouths,
-        )
+        cells, objects = (self.free_cells, self.landings), (self.stairwells, self.tables, self.bins)
+        return CellGraph(self.name, self.symbols, *cells, *objects, self.floor_cells, self.mouths)
 
     @functools.cached_property
     def caregiver_cells(self) -> tuple[Cell, ...]:

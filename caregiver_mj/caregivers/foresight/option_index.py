@@ -2,61 +2,34 @@
 
 from __future__ import annotations
 
-import dataclasses
+import itertools
 
 import numpy as np
 
 from caregiver_mj.plans.hazards import NOTHING
 
 
-@dataclasses.dataclass(frozen=True)
 class OptionIndex:
-    """Which number each option has.
+    """Which number each option has: those of one kind follow each other, and kinds do in the order below.
 
-    First to block each stairwell or close its gate, then to stand aside, to stay, to relocate each candle, to pick up
-    each thing on the floor, to look from each lookout, to wait in each cell.
+    Attributes:
+        stairs: To block each stairwell or close its gate, a slice, as all that are several.
+        aside: To stand aside.
+        stay: To stay.
+        relocations: To relocate each candle.
+        pick_ups: To pick up each thing on the floor.
+        looks: To look from each lookout.
+        waits: To wait in each cell.
+        stairwells, candles, things, lookouts, cells: How many there are of each.
     """
 
-    stairwells: int  #: how many stairwells there are, with a gate or without
-    candles: int  #: how many things stand on tables
-    things: int  #: how many lie on the floor
-    lookouts: int  #: from how many cells it may look
-    cells: int  #: how many cells the caregiver can stand in
-
-    @property
-    def stairs(self) -> slice:
-        """The options of blocking each stairwell, or closing its gate."""
-        return slice(0, self.stairwells)
-
-    @property
-    def aside(self) -> int:
-        """The option of standing aside."""
-        return self.stairwells
-
-    @property
-    def stay(self) -> int:
-        """The option of staying where it is."""
-        return self.aside + 1
-
-    @property
-    def relocations(self) -> slice:
-        """The options of relocating each candle."""
-        return slice(self.stay + 1, self.stay + 1 + self.candles)
-
-    @property
-    def pick_ups(self) -> slice:
-        """The options of picking up each thing on the floor."""
-        return slice(self.relocations.stop, self.relocations.stop + self.things)
-
-    @property
-    def looks(self) -> slice:
-        """The options of looking from each lookout."""
-        return slice(self.pick_ups.stop, self.pick_ups.stop + self.lookouts)
-
-    @property
-    def waits(self) -> slice:
-        """The options of waiting in each cell, the last ones."""
-        return slice(self.looks.stop, self.looks.stop + self.cells)
+    def __init__(self, stairwells: int, candles: int, things: int, lookouts: int, cells: int):
+        self.stairwells, self.candles, self.things = stairwells, candles, things
+        self.lookouts, self.cells = lookouts, cells
+        ends = itertools.accumulate((stairwells, 1, 1, candles, things, lookouts, cells), initial=0)
+        parts = itertools.starmap(slice, itertools.pairwise(ends))
+        self.stairs, aside, stay, self.relocations, self.pick_ups, self.looks, self.waits = parts
+        self.aside, self.stay = aside.start, stay.start
 
     def __len__(self) -> int:
         return self.waits.stop
