@@ -58,7 +58,7 @@ class InOpening(GridVerb):
         return world.plan.hazards.among(Where.OPENING, world.orders.hazard[which])
 
 
-class Closing(GridVerb):
+class ClosingGate(GridVerb):
     """Done by an action in the cell before the gate."""
 
     def places(self, plan: FloorPlan) -> list[list[int]]:
@@ -84,7 +84,7 @@ class PickingUp(GridVerb):
         return stood & (world.state[which, world.orders.hazard[which]] == State.AS_PLANNED)
 
 
-class Carrying(GridVerb):
+class Relocating(GridVerb):
     """Done when what was on a table is put down on another one.
 
     The destination is the one that was decided when it is taken; what is decided while it is in the hand waits until it
@@ -143,8 +143,8 @@ class Waiting(Idle):
 
 GRID_VERBS: dict[str, GridVerb] = {
     BLOCK: InOpening(),
-    CLOSE: Closing(),
-    RELOCATE: Carrying(),
+    CLOSE: ClosingGate(),
+    RELOCATE: Relocating(),
     PICK_UP: PickingUp(),
     LOOK: Looking(),
     STAND_ASIDE: Idle(),

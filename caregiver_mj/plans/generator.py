@@ -157,7 +157,7 @@ def _clearance(centres: np.ndarray, halves: np.ndarray, obstacles: np.ndarray) -
 # -- Furniture and stairwells, where people have them and nowhere in the way ----------------------------
 
 
-class Place(enum.Enum):
+class Spot(enum.Enum):
     """Where in a room something stands."""
 
     CORNER = enum.auto()
@@ -168,9 +168,9 @@ class Place(enum.Enum):
 
 # Where people have what, in percent; what finds no such place left takes the next best, in this order.
 _HABITS = {
-    STAIRWELL: {Place.WALL: 48, Place.CORNER: 30, Place.WAY: 17, Place.OPEN: 5},
-    BIN: {Place.CORNER: 65, Place.WALL: 35, Place.OPEN: 0},
-    TABLE: {Place.WALL: 60, Place.OPEN: 25, Place.CORNER: 15},
+    STAIRWELL: {Spot.WALL: 48, Spot.CORNER: 30, Spot.WAY: 17, Spot.OPEN: 5},
+    BIN: {Spot.CORNER: 65, Spot.WALL: 35, Spot.OPEN: 0},
+    TABLE: {Spot.WALL: 60, Spot.OPEN: 25, Spot.CORNER: 15},
 }
 
 
@@ -248,13 +248,13 @@ class _Furnished:
             possible &= ~beside
         return possible & (~self._corridor if kind != STAIRWELL else True)
 
-    def _where(self, place: Place, kind: str) -> np.ndarray:
+    def _where(self, place: Spot, kind: str) -> np.ndarray:
         """All cells of a kind of place, free or not: bool (rows, columns)."""
-        if place is Place.CORNER:
+        if place is Spot.CORNER:
             return self._is_corner & (self._outer if kind == STAIRWELL else True)
-        if place is Place.WALL:
+        if place is Spot.WALL:
             return (self._walls == 1) & (self._outer if kind == STAIRWELL else True)
-        if place is Place.OPEN:
+        if place is Spot.OPEN:
             around = _ring(np.pad(self.grid == FREE, 1))
             return self._spacious & np.logical_and.reduce(around)
         return self._near_doorway
