@@ -110,6 +110,11 @@ class Ledger:
         """All damage so far, (B,)."""
         return self.harm.sum(axis=(1, 2))
 
+    @property
+    def strikes(self) -> np.ndarray:
+        """No strikes, (B,), for nobody is struck in the grid: those of the house are in `Contacts`."""
+        return np.zeros(len(self.seen), int)
+
     def totals(self) -> dict[str, np.ndarray]:
         """Return what is measured of every episode so far, over its children, (B,), named as in `EpisodeRecord`."""
         by_kind = self.harm.sum(axis=1).T
