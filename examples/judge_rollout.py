@@ -28,7 +28,7 @@ from caregiver_mj.children.family import Family, side_by_side
 from caregiver_mj.experiments import two_level
 from caregiver_mj.experiments.provenance import source_digest, versions
 from caregiver_mj.experiments.run_folder import RunFolder
-from caregiver_mj.experiments.settings import episode_seed, episode_tapes
+from caregiver_mj.experiments.spec import episode_seed, episode_tapes
 from caregiver_mj.experiments.workers import run_jobs
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.interventions.verb import Interventions

@@ -25,7 +25,8 @@ from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.children.family import Family, side_by_side
 from caregiver_mj.envs.target_grid import GridTargetsVector, TargetGrid
 from caregiver_mj.experiments.blocks import run_block
-from caregiver_mj.experiments.settings import EPSILONS, FLOOR, Settings, episode_seed
+from caregiver_mj.experiments.settings import EPSILONS, Settings
+from caregiver_mj.experiments.spec import FLOOR, episode_seed
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.sets import house_set
 

@@ -25,7 +25,7 @@ from PIL import Image, ImageDraw
 from caregiver_mj.envs import TARGETS_ID
 from caregiver_mj.envs.recipe import Actor, HouseCaregiver, RandomActor, TargetCaregiver, house_of
 from caregiver_mj.envs.targets import TargetsEnv
-from caregiver_mj.experiments.settings import episode_seed
+from caregiver_mj.experiments.spec import episode_seed
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.sets import house_set

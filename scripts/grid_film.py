@@ -15,7 +15,7 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from caregiver_mj.caregivers.registry import make_caregiver
-from caregiver_mj.experiments.settings import episode_seed, episode_tapes
+from caregiver_mj.experiments.spec import episode_seed, episode_tapes
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.interventions.verb import verb_of
 from caregiver_mj.plans.floor_plan import FloorPlan

@@ -38,7 +38,8 @@ from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.experiments.provenance import source_digest, versions
 from caregiver_mj.experiments.run_folder import RunFolder
-from caregiver_mj.experiments.settings import Settings, episode_seed, episode_tapes
+from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.experiments.spec import episode_seed, episode_tapes
 from caregiver_mj.experiments.workers import run_jobs
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan

@@ -190,7 +190,7 @@ def main():
     if "answers" in READERS:
         from caregiver_mj.viz import film  # takes seconds to import
 
-        film.render_episode = lambda out, house, answers, **_: replayed(house, answers)  # without a picture
+        film.render_episode = lambda out, spec, answers, **_: replayed(spec.plan, answers)  # without a picture
     sys.addaudithook(watch)
     for reader in READERS:
         refused, worst = read(reader)

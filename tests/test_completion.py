@@ -8,7 +8,8 @@ import pytest
 from caregiver_mj import FloorPlan, cli
 from caregiver_mj.caregivers.registry import CAREGIVERS, find_caregiver
 from caregiver_mj.cli import completion
-from caregiver_mj.experiments.settings import FLOOR, Settings
+from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.experiments.spec import FLOOR
 from caregiver_mj.recording.steps import RANDOM
 
 _LOADED = """

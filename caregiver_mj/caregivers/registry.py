@@ -19,6 +19,7 @@ from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver, Know
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.learned import LearnedCaregiver
 from caregiver_mj.caregivers.paper import CandlesCaregiver, LastSeenCaregiver, PaperCaregiver, StairsCaregiver
+from caregiver_mj.caregivers.server import SCHEMES, Queries
 from caregiver_mj.errors import CaregiverError, check_integer, check_kind
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.registry import Registry, check_call, errors_of, named_object
@@ -61,20 +62,23 @@ RULE = ("expected-danger", "paper")  # the names of the paper's own caregiver
 POLICIES: Registry[Any] = _Policies("policy", "caregiver_mj.policies", "", {})
 
 
-def find_caregiver(name: str, others: Sequence[str] = ()) -> type[Caregiver] | PolicyMaker | None:
+def find_caregiver(
+    name: str, others: Sequence[str] = (), queries: Queries = Queries()
+) -> type[Caregiver] | PolicyMaker | None:
     """Find a caregiver's class by name, or what makes a policy of the robot's actions; None for "none".
 
     Args:
         name: One of `CAREGIVERS` or `POLICIES`, or where such a thing is, as `module:object`; or whom to ask, see
             `remote_caregiver`.
         others: What else may be said in the place of a name, for the message that there is none.
+        queries: How it is asked, if it is elsewhere.
 
     Raises:
         CaregiverError: There is none of that name, or it cannot be loaded.
     """
     check_kind("the name of a caregiver", name, str)
-    if name.startswith(remote.SCHEMES):
-        return remote.remote_caregiver(name)
+    if name.startswith(SCHEMES):
+        return remote.remote_caregiver(name, queries)
     if name == PERSON:
         return CommandedCaregiver
     if name == DRIVER:
@@ -103,9 +107,9 @@ def is_caregiver(found: type[Caregiver] | PolicyMaker) -> TypeGuard[type[Caregiv
     return isinstance(found, type) and issubclass(found, Caregiver)
 
 
-def needs_pictures(name: str) -> bool:
+def needs_pictures(name: str, queries: Queries = Queries()) -> bool:
     """Return whether one of that name looks through cameras: its class, or maker, has `needs_pictures = True`."""
-    return bool(getattr(find_caregiver(name), "needs_pictures", False))
+    return bool(getattr(find_caregiver(name, queries=queries), "needs_pictures", False))
 
 
 def _check(what: str, found: Any) -> None:
@@ -117,15 +121,15 @@ def _check(what: str, found: Any) -> None:
         )
 
 
-def make_caregiver(name: str, plan: FloorPlan, seed: int = 0) -> Caregiver | None:
-    """Make a caregiver by name, as of `find_caregiver`; "none" gives None.
+def make_caregiver(name: str, plan: FloorPlan, seed: int = 0, queries: Queries = Queries()) -> Caregiver | None:
+    """Make a caregiver by name, as of `find_caregiver`; "none" gives None. The queries say how it asks if it is remote.
 
     Raises:
         CaregiverError: There is none of that name, it cannot be loaded or made, or is a policy of the robot's actions.
     """
     check_kind("the house of a caregiver", plan, FloorPlan)
     check_integer("the seed of a caregiver", seed, 0)
-    maker = find_caregiver(name)
+    maker = find_caregiver(name, queries=queries)
     if maker is None:
         return None
     if not is_caregiver(maker):

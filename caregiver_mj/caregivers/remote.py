@@ -6,7 +6,6 @@ import abc
 import asyncio
 import base64
 import collections
-import contextlib
 import functools
 import hashlib
 import importlib.resources
@@ -16,10 +15,9 @@ import json
 import math
 import os
 import pathlib
-import tempfile
 import time
 import urllib.request
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -27,26 +25,25 @@ import numpy as np
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.percept import Percept, bare_tables
-from caregiver_mj.caregivers.server import Budget, BudgetError, Server, check_address, redacted, run
+from caregiver_mj.caregivers.server import (
+    API_KEY,
+    BASE_URL,
+    MODEL_KEY,
+    REAL_TIME,
+    BudgetError,
+    Queries,
+    Server,
+    check_address,
+    redacted,
+    run,
+)
 from caregiver_mj.children.walk import WALKING_SPEED
-from caregiver_mj.errors import CaregiverError, MissingExtraError, check_integer
+from caregiver_mj.errors import CaregiverError, MissingExtraError
 from caregiver_mj.outside import parse_json, plain
 from caregiver_mj.plans.cell_graph import LEGEND
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
-from caregiver_mj.registry import environment
 
-SCHEMES = "http:", "https:", "chat:"
-# The environment says what holds for all of them in a process, and in its workers: a folder in which every exchange is
-# kept, how many requests there may be, and of how many tokens (of all processes with that folder), seconds for an
-# answer, whether time goes on until it comes, where models are, whether questions have frames, pictures of the house,
-# and the keys of servers and of models.
-EXCHANGES, MOST_CALLS, MOST_TOKENS = "CAREGIVER_MJ_EXCHANGES", "CAREGIVER_MJ_MAX_CALLS", "CAREGIVER_MJ_MAX_TOKENS"
-PATIENCE, THINKING, BASE_URL = "CAREGIVER_MJ_PATIENCE", "CAREGIVER_MJ_THINKING", "OPENAI_BASE_URL"
-FRAMES, API_KEY, MODEL_KEY = "CAREGIVER_MJ_FRAMES", "CAREGIVER_MJ_API_KEY", "OPENAI_API_KEY"
-WAITS, REAL_TIME = "waits", "real-time"
-_PATIENCE = 30.0  # seconds for an answer, by default
-_MOST_PATIENCE = 86_400.0  # seconds, a day
 _AT_ONCE = 8  # questions that are under way, of different episodes
 _CELLS = "child_cell", "previous_cell", "caregiver_cell"
 _ROWS = "previous_action", "candle_table", "holding", "out_of_reach", "shut", "gone", "clock", "under_way"
@@ -74,16 +71,16 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
 
     Attributes:
         address: Whom it asks.
+        queries: How it asks.
     """
 
     address = ""
+    queries = Queries()
 
     def __init__(self, plan: FloorPlan, seed: int = 0):
         super().__init__(plan, seed)
-        thinking = os.environ.get(THINKING, WAITS)
-        if thinking not in (WAITS, REAL_TIME):
-            raise CaregiverError(f"{THINKING} must be {WAITS} or {REAL_TIME}, got '{thinking}'")
-        self._timestep = plan.cell_size / WALKING_SPEED if thinking == REAL_TIME else math.inf
+        self.queries.check()
+        self._timestep = plan.cell_size / WALKING_SPEED if self.queries.thinking == REAL_TIME else math.inf
         self.server()  # is wrong here, if it is, and not at the first question
         lying = [plan.free_cells[cell] for cell in plan.floor_cells]
         cells = [*plan.stairwells, *[None] * len(plan.candle_tables), *lying]  # None: `candle_table` says where
@@ -176,7 +173,7 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
         }
         if self.needs_pictures:
             if percept.frames is None:
-                raise CaregiverError(f"{FRAMES} must be left out where there are no cameras, as in the grid")
+                raise CaregiverError("frames must be left out where there are no cameras, as in the grid")
             question["frames"] = {camera: _png(picture) for camera, picture in percept.frames().items()}
         return question
 
@@ -218,8 +215,8 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
 
     def _keep(self, exchanges: list[dict[str, Any]]) -> None:
         """Write them into the folder that is meant for that, frames as files of their own."""
-        if where := os.environ.get(EXCHANGES):
-            folder = pathlib.Path(where)
+        if self.queries.folder:
+            folder = pathlib.Path(self.queries.folder)
             folder.mkdir(exist_ok=True)
             for frames in (exchange["question"].get("frames", {}) for exchange in exchanges):
                 for camera, text in frames.items():
@@ -239,8 +236,8 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
         return None
 
     def server(self) -> Server:
-        """Return whom it asks; if that is wrong, or what the environment says, it is a CaregiverError."""
-        return _server(self.address, os.environ.get(API_KEY, ""))
+        """Return whom it asks; if that is wrong it is a CaregiverError."""
+        return _server(self.address, self.queries, os.environ.get(API_KEY, ""))
 
     @abc.abstractmethod
     async def send(self, server: Server, question: dict[str, Any]) -> Any:
@@ -256,17 +253,17 @@ class HttpCaregiver(RemoteCaregiver):
 
 
 class ChatCaregiver(RemoteCaregiver):
-    """Asks a model behind an interface as OpenAI's, whose address and key the environment has, as its client does."""
+    """Asks a model behind an interface as OpenAI's, whose key the environment has, as its client does."""
 
     def server(self) -> Server:
-        where = os.environ.get(BASE_URL) or _MODELS
+        where = self.queries.base_url or _MODELS
         if where == _MODELS and not os.environ.get(MODEL_KEY):
             raise CaregiverError(
                 f"chat:{self.address} requires a server, --base-url URL ({BASE_URL}), or a key for {_MODELS} in "
                 f"{MODEL_KEY}"
             )
-        check_address(BASE_URL, where)
-        return _server(where)
+        check_address(f"--base-url ({BASE_URL})", where)
+        return _server(where, self.queries)
 
     async def send(self, server: Server, question: dict[str, Any]) -> Any:
         key = os.environ.get(MODEL_KEY) or "none"  # a server on one's own machine asks for none
@@ -290,80 +287,20 @@ class ChatCaregiver(RemoteCaregiver):
         return parse_json(given.choices[0].message.content or "")
 
 
-def way_of_asking(name: str) -> str:
-    """Return what the environment says of how a caregiver's server is asked, as far as its answers depend on it."""
-    names = (FRAMES, MOST_CALLS, MOST_TOKENS, PATIENCE, THINKING, *([BASE_URL] if name.startswith("chat:") else []))
-    said = [f"{name}={value}" for name in names if (value := os.environ.get(name))]
-    return f"asked with {' '.join(said)}" if said else "asked by default"
-
-
-@contextlib.contextmanager
-def asking(
-    run: str | os.PathLike[str] | None = None,
-    base_url: str | None = None,
-    max_calls: int | None = None,
-    max_tokens: int | None = None,
-    thinking: str | None = None,
-    frames: bool = False,
-) -> Iterator[Callable[[], str]]:
-    """Configure queries in this context.
-
-    Args:
-        run: The folder of a run, in whose folder `exchanges` every one is kept.
-        base_url: Where models are.
-        max_calls: How many requests may be sent, by all processes of the run and when it is resumed.
-        max_tokens: How many tokens of models they may use; no more is asked once they are used up.
-        thinking: Whether simulated time waits for an answer, or goes on until it has come (`REAL_TIME`).
-        frames: Whether questions have pictures of the house.
-
-    Yields:
-        A function that says how many have been asked, and how many brought an abstention.
-
-    Raises:
-        CaregiverError: A number is out of range, or a text such that no environment holds it.
-    """
-    for name, most in (("max_calls", max_calls), ("max_tokens", max_tokens)):
-        if most is not None:
-            check_integer(name, most, 0)
-    with tempfile.TemporaryDirectory() as aside, contextlib.ExitStack() as within:
-        folder = pathlib.Path(run or aside) / "exchanges"
-        said = {EXCHANGES: str(folder), BASE_URL: base_url, MOST_CALLS: max_calls, MOST_TOKENS: max_tokens}
-        said[THINKING], said[FRAMES] = thinking, int(frames) or None
-        for name, value in ((name, value) for name, value in said.items() if value is not None):
-            try:
-                within.enter_context(environment(name, str(value)))
-            except ValueError as error:
-                raise CaregiverError(f"{name} must be such as an environment holds, got {value!r}: {error}") from None
-        yield functools.partial(_tally, folder)
-
-
-def _said(name: str, default: float, most: float = math.inf) -> float:
-    """Return a number that the environment has."""
-    text = os.environ.get(name) or default
-    try:
-        number = float(text)
-    except ValueError:
-        number = -1.0
-    if not 0.0 <= number <= most:
-        room = "" if most == math.inf else f" and at most {most:g}"
-        raise CaregiverError(f"{name} must be a number of at least 0{room}, got '{text}'")
-    return number
-
-
-def _tally(folder: pathlib.Path) -> str:
-    lines = [line for file in folder.glob("*.jsonl") for line in file.read_text("utf-8").splitlines()]
+def tally(folder: str | os.PathLike[str]) -> str:
+    """Return how many questions have been asked, by the exchanges in a folder, and how many brought an abstention."""
+    lines = [line for file in pathlib.Path(folder).glob("*.jsonl") for line in file.read_text("utf-8").splitlines()]
     problems = collections.Counter(problem for line in lines if (problem := json.loads(line)["abstention"]))
     most = "".join(f"; {count} x {problem}" for problem, count in problems.most_common(3))
     return f"{len(lines)} questions, {problems.total()} abstentions{most}"
 
 
-def remote_caregiver(name: str) -> type[Caregiver]:
+def remote_caregiver(name: str, queries: Queries = Queries()) -> type[Caregiver]:
     """Return the caregiver that asks an address, http://..., or a model, chat:NAME.
 
     Raises:
         MissingExtraError: The client's package is not installed.
-        CaregiverError: The name says no address, or one with a secret, or no model, or the environment not whether
-            there are frames.
+        CaregiverError: The name says no address, or one with a secret, or no model.
     """
     scheme, _, rest = name.partition(":")
     if not rest.strip("/"):
@@ -375,8 +312,8 @@ def remote_caregiver(name: str) -> type[Caregiver]:
     except ImportError as error:
         raise MissingExtraError(f"caregiver '{name}' needs {error.name}: pip install 'caregiver_mj[chat]'") from None
     kind: type[RemoteCaregiver] = ChatCaregiver if scheme == "chat" else HttpCaregiver
-    traits = {"address": rest if scheme == "chat" else name, "needs_pictures": _said(FRAMES, 0) > 0}
-    return type(kind.__name__, (kind,), {**traits, "__module__": __name__})
+    traits = {"address": rest if scheme == "chat" else name, "needs_pictures": queries.frames}
+    return type(kind.__name__, (kind,), {**traits, "queries": queries.for_caregivers([name]), "__module__": __name__})
 
 
 def _png(picture: np.ndarray) -> str:
@@ -393,14 +330,13 @@ def _prompt() -> str:
     return (importlib.resources.files(__package__) / "prompt.md").read_text("utf-8")
 
 
-def _server(address: str, key: str = "") -> Server:
-    """Return what asks a server as the environment says now."""
-    patience = _said(PATIENCE, _PATIENCE, _MOST_PATIENCE)
-    budget = Budget(os.environ.get(EXCHANGES), _said(MOST_CALLS, math.inf), _said(MOST_TOKENS, math.inf))
-    return _server_of(address, patience, budget, key, tuple(sorted(urllib.request.getproxies().items())), os.getpid())
+def _server(address: str, queries: Queries, key: str = "") -> Server:
+    """Return what asks a server."""
+    proxies = tuple(sorted(urllib.request.getproxies().items()))
+    return _server_of(address, queries.patience, queries.budget, key, proxies, os.getpid())
 
 
-# With its connections, until the environment says something else: also the proxies, and which process it is.
+# With its connections, for as long as proxies, key and process are the same.
 _server_of = functools.lru_cache(maxsize=8)(lambda *which: Server(*which[:4]))
 
 

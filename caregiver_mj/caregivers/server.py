@@ -1,4 +1,4 @@
-"""Requests to a server: its address, one deadline a question, answers of bounded size, and a budget for a run."""
+"""Requests to a server: how it is asked, one deadline a question, answers of bounded size, and a budget for a run."""
 
 from __future__ import annotations
 
@@ -12,17 +12,22 @@ import pathlib
 import re
 import tempfile
 import threading
-from collections.abc import AsyncIterator, Coroutine, Sequence
+from collections.abc import AsyncIterator, Coroutine, Iterable, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 from urllib.parse import urlsplit
 
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.errors import CaregiverError, check_integer, check_kind, check_number
 
 if TYPE_CHECKING:
     import httpx2 as httpx
 
 Answer = TypeVar("Answer")
+SCHEMES = "http:", "https:", "chat:"  # of the names of caregivers that ask
+# Variables of the environment: keys, of servers and of models; and the address of models, as OpenAI's client takes it.
+API_KEY, MODEL_KEY, BASE_URL = "CAREGIVER_MJ_API_KEY", "OPENAI_API_KEY", "OPENAI_BASE_URL"
+WAITS, REAL_TIME = "waits", "real-time"
 LARGEST = 1_000_000  # bytes of an answer
+_MOST_PATIENCE = 86_400.0  # seconds, a day
 _CONNECTING = 1 / 3  # share of the time for an answer in which a connection must be made: there are two attempts
 _SHORTEST_KEY = 6  # characters; a shorter one protects nothing, and is a part of other words
 _REMOVED = "[key]"
@@ -47,6 +52,50 @@ def check_address(what: str, address: str) -> None:
         whole = False
     if not whole or not address.isprintable() or " " in address:
         raise CaregiverError(f"{what} must be an address such as http://127.0.0.1:8000, got {where!r}")
+
+
+@dataclasses.dataclass(frozen=True)
+class Queries:
+    """How servers and models are asked in a run, and within which budget. Keys alone are left to the environment."""
+
+    base_url: str = ""  #: where models are; "" for OpenAI's own
+    max_calls: int | None = None  #: requests of the run, over its processes and when it is resumed; None for any number
+    max_tokens: int | None = None  #: tokens of models, likewise: none is asked once they are used up
+    patience: float = 30.0  #: seconds for an answer
+    thinking: str = WAITS  #: whether simulated time `WAITS` for an answer, or goes on until it comes: `REAL_TIME`
+    frames: bool = False  #: whether questions have pictures of the house
+    folder: str = ""  #: where exchanges are kept and the budget is counted; no answer depends on it
+
+    def check(self) -> None:
+        """Raise CaregiverError unless somebody can be asked so."""
+        for name in ("max_calls", "max_tokens"):
+            if (most := getattr(self, name)) is not None:
+                check_integer(name, most, 0)
+        check_number("patience, in seconds,", self.patience, 0, _MOST_PATIENCE)
+        if self.thinking not in (WAITS, REAL_TIME):
+            raise CaregiverError(f"thinking must be {WAITS} or {REAL_TIME}, got '{self.thinking}'")
+        for name, kind in (("frames", bool), ("base_url", str), ("folder", str)):
+            check_kind(name, getattr(self, name), kind)
+
+    def for_caregivers(self, names: Iterable[str]) -> Queries:
+        """Return these as far as caregivers of some names depend on them.
+
+        If one is a model and there is no address of models, it is the environment's, as for OpenAI's client.
+        """
+        asks = [name for name in names if name.startswith(SCHEMES)]
+        models = any(name.startswith("chat:") for name in asks)
+        where = (self.base_url or os.environ.get(BASE_URL, "")) if models else ""
+        return dataclasses.replace(self if asks else Queries(), base_url=where)
+
+    def record(self) -> dict[str, Any]:
+        """Return all that answers depend on, as JSON."""
+        return {name: value for name, value in vars(self).items() if name != "folder"}
+
+    @property
+    def budget(self) -> Budget:
+        """What counts the requests."""
+        calls, tokens = (math.inf if most is None else most for most in (self.max_calls, self.max_tokens))
+        return Budget(self.folder or None, calls, tokens)
 
 
 class BudgetError(Exception):

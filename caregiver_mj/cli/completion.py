@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 
 from caregiver_mj.caregivers.registry import CAREGIVERS, POLICIES
 from caregiver_mj.children.family import CHILDREN
-from caregiver_mj.experiments.settings import FLOOR
+from caregiver_mj.experiments.spec import FLOOR
 from caregiver_mj.plans.floor_plan import house_names
 from caregiver_mj.plans.sets import DRAWN, FIRST_SEEDS
 from caregiver_mj.plans.shapes import SHAPES

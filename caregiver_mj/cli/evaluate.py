@@ -4,19 +4,23 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import dataclasses
 import functools
 import json
+import pathlib
 import shlex
+import tempfile
 
-from caregiver_mj.caregivers import remote
 from caregiver_mj.caregivers.registry import check_acts_alone
+from caregiver_mj.caregivers.server import SCHEMES
 from caregiver_mj.cli import parsing
 from caregiver_mj.cli.runs import output, print_harm, print_table
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import evaluation
 from caregiver_mj.experiments.blocks import try_all
 from caregiver_mj.experiments.run_folder import RunFolder, StorageError
-from caregiver_mj.experiments.settings import EPSILONS, FLOOR, WORLDS, Settings
+from caregiver_mj.experiments.settings import EPSILONS, Settings
+from caregiver_mj.experiments.spec import FLOOR, WORLDS
 from caregiver_mj.experiments.workers import Executor, WorkerError
 from caregiver_mj.outside import plain
 from caregiver_mj.viz import progress_bar
@@ -51,16 +55,7 @@ def add_evaluate(command: argparse.ArgumentParser) -> None:
     parsing.add_children(command)
     parsing.add_embodiment(command)
     parsing.add_sight(command)
-    command.add_argument("--base-url", metavar="URL", help="where chat:MODEL is; its key is in OPENAI_API_KEY")
-    until = "of the run, also when it is resumed; then they abstain"
-    command.add_argument("--max-calls", type=int, metavar="N", help=f"requests to models and servers {until}")
-    command.add_argument("--max-tokens", type=int, metavar="N", help=f"tokens of models {until}")
-    command.add_argument(
-        "--thinking",
-        choices=(remote.WAITS, remote.REAL_TIME),
-        help="whether time waits until models and servers answer (default), or goes on",
-    )
-    command.add_argument("--frames", action="store_true", help="models and servers get pictures of the house, too")
+    parsing.add_queries(command)
     command.add_argument(
         "--episodes", type=int, default=20, metavar="N", help="number of episodes for each caregiver and epsilon"
     )
@@ -72,11 +67,9 @@ def add_evaluate(command: argparse.ArgumentParser) -> None:
 
 
 def _run(arguments: argparse.Namespace) -> None:
-    budget = arguments.max_calls, arguments.max_tokens
-    asked = remote.asking(arguments.out, arguments.base_url, *budget, arguments.thinking, arguments.frames)
     with contextlib.ExitStack() as within:
-        tally = within.enter_context(asked)
-        settings = _settings(arguments)
+        folder_of_run = arguments.out or within.enter_context(tempfile.TemporaryDirectory())
+        settings = _settings(arguments, str(pathlib.Path(folder_of_run, "exchanges")))
         if settings.world == "house" and set(settings.caregivers) - {"none", FLOOR}:
             for plan in settings.plans:
                 parsing.warn_of_no_room(plan)
@@ -89,14 +82,16 @@ def _run(arguments: argparse.Namespace) -> None:
         console = output(arguments.json)
         print_table(result.summary, console)
         print_harm(result.summary, console)
-        if any(name.startswith(remote.SCHEMES) for name in settings.caregivers):
-            console.print(plain(tally()))
+        if any(name.startswith(SCHEMES) for name in settings.caregivers):
+            from caregiver_mj.caregivers.remote import tally
+
+            console.print(plain(tally(settings.queries.folder)))
     if arguments.json:
         print(json.dumps(result.summary, indent=1, allow_nan=False))
 
 
-def _settings(arguments: argparse.Namespace) -> Settings:
-    """What to run, checked before anything is written."""
+def _settings(arguments: argparse.Namespace, exchanges: str) -> Settings:
+    """What to run, checked before anything is written; questions are to be kept in a folder of that name."""
     plans = parsing.read_houses(arguments)
     file = "" if arguments.houses or arguments.house == plans[0].name else arguments.house
     settings = Settings(
@@ -110,6 +105,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
         seed=arguments.seed,
         embodiment=arguments.embodiment,
         sight=arguments.sight,
+        queries=dataclasses.replace(parsing.read_queries(arguments), folder=exchanges),
     )
     settings.check()
     if arguments.resume and arguments.out is None:

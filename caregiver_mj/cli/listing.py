@@ -11,7 +11,7 @@ from caregiver_mj.caregivers.registry import CAREGIVERS, DRIVER, PERSON, POLICIE
 from caregiver_mj.children.family import CHILDREN
 from caregiver_mj.cli.house import describe
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments.settings import FLOOR
+from caregiver_mj.experiments.spec import FLOOR
 from caregiver_mj.plans.floor_plan import FloorPlan, house_names
 from caregiver_mj.plans.sets import SETS
 from caregiver_mj.plans.shapes import SHAPES

@@ -7,12 +7,15 @@ import logging
 import os
 import shlex
 import sys
+from typing import Any
 
 from caregiver_mj.caregivers.registry import CAREGIVERS, POLICIES, RULE
+from caregiver_mj.caregivers.server import REAL_TIME, WAITS, Queries
 from caregiver_mj.children.family import CHILDREN, NOVICE, Family
 from caregiver_mj.cli import PROGRAM
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.run_folder import StorageError, read_block
+from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.experiments.workers import Executor, LocalExecutor
 from caregiver_mj.outside import plain
 from caregiver_mj.plans import floor_plan
@@ -82,6 +85,21 @@ def add_who(command: argparse.ArgumentParser, others: str = "") -> None:
     add_embodiment(command)
 
 
+def read_spec(arguments: argparse.Namespace, **more: Any) -> EpisodeSpec:
+    """Return the episode that `add_who`'s, `add_episode`'s and `add_queries`'s options say, with more fields of it."""
+    plan, house = read_house(arguments), arguments.house
+    fields = {name: getattr(arguments, name) for name in ("seed", "episode", "sight", "task") if name in arguments}
+    return EpisodeSpec(
+        plan,
+        read_family(arguments.epsilon, arguments),
+        arguments.caregiver,
+        embodiment=arguments.embodiment,
+        file="" if isinstance(house, FloorPlan) or house == plan.name else house,
+        queries=read_queries(arguments),
+        **fields | more,
+    )
+
+
 def add_episode(command: argparse.ArgumentParser) -> None:
     """Add the options that say which episode of which run it is."""
     add_seed(command, "seed of the run that the episode belongs to")
@@ -92,6 +110,34 @@ def add_episode(command: argparse.ArgumentParser) -> None:
 def add_sight(command: argparse.ArgumentParser) -> None:
     """Add what the caregiver sees."""
     command.add_argument("--sight", default="all", help="what the caregiver sees: all, walls, camera or rooms:N")
+
+
+def add_queries(command: argparse.ArgumentParser) -> None:
+    """Add how caregivers elsewhere are asked, for `read_queries`."""
+    usual, until = Queries(), "of the run, also when it is resumed; then they abstain"
+    command.add_argument(
+        "--base-url", default="", metavar="URL", help="where chat:MODEL is; its key is in OPENAI_API_KEY"
+    )
+    command.add_argument("--max-calls", type=int, metavar="N", help=f"requests to models and servers {until}")
+    command.add_argument("--max-tokens", type=int, metavar="N", help=f"tokens of models {until}")
+    command.add_argument(
+        "--patience", type=float, default=usual.patience, metavar="S", help="seconds for an answer of theirs"
+    )
+    command.add_argument(
+        "--thinking",
+        choices=(WAITS, REAL_TIME),
+        default=usual.thinking,
+        help="whether time waits until models and servers answer (default), or goes on",
+    )
+    command.add_argument("--frames", action="store_true", help="models and servers get pictures of the house, too")
+
+
+def read_queries(arguments: argparse.Namespace) -> Queries:
+    """Return what `add_queries`'s options say."""
+    names = ("base_url", "max_calls", "max_tokens", "patience", "thinking", "frames")
+    queries = Queries(**{name: getattr(arguments, name) for name in names})
+    queries.check()
+    return queries
 
 
 def add_embodiment(command: argparse.ArgumentParser) -> None:

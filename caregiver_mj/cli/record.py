@@ -14,7 +14,6 @@ from caregiver_mj.cli import parsing
 from caregiver_mj.errors import CaregiverError, check_integer
 from caregiver_mj.experiments.provenance import origins, source_digest, versions
 from caregiver_mj.experiments.run_folder import RunFolder, StorageError
-from caregiver_mj.experiments.settings import episode_seed
 from caregiver_mj.experiments.workers import LocalExecutor, WorkerError
 from caregiver_mj.plans import sets
 from caregiver_mj.plans.floor_plan import house_names
@@ -23,7 +22,8 @@ from caregiver_mj.tasks import TASKS
 from caregiver_mj.viz import CAMERAS, progress_bar
 
 if TYPE_CHECKING:
-    from caregiver_mj.envs.recipe import Recipe
+    from caregiver_mj.envs.recipe import Recording
+    from caregiver_mj.experiments.spec import EpisodeSpec
 
 
 FORMATS = ("minari", "lerobot")
@@ -44,6 +44,7 @@ def add_record(command: argparse.ArgumentParser) -> None:
     command.add_argument("--world", choices=("house", "grid"), default="house", help="the grid has targets only")
     parsing.add_who(command, f"who acts: {RANDOM}, ")
     parsing.add_seed(command)
+    parsing.add_queries(command)
     command.add_argument("--episodes", type=int, default=10, metavar="N", help="number of episodes")
     command.add_argument(
         "--seconds", type=float, metavar="S", help="length of an episode at most (default: the task's)"
@@ -73,49 +74,31 @@ def _run(arguments: argparse.Namespace) -> None:
         if arguments.sight != "all":
             raise CaregiverError(f"--answers must be a run with sight all, got {arguments.sight}")
         arguments.world, arguments.episodes = "house", len(answers)
-    plan, family = parsing.read_house(arguments), parsing.read_family(arguments.epsilon, arguments)
-    from caregiver_mj.envs.recipe import Recipe  # here, for it needs an extra, and MuJoCo
+    seconds = {} if arguments.seconds is None else {"time_limit": arguments.seconds}
+    spec = parsing.read_spec(arguments, world=arguments.world, task_kwargs=seconds)
+    from caregiver_mj.envs.recipe import Recording  # here, for it needs an extra, and MuJoCo
 
-    if arguments.caregiver != RANDOM and find_caregiver(arguments.caregiver) is None:
-        raise CaregiverError(f"caregiver must be one that acts, got '{arguments.caregiver}'")
-    if arguments.caregiver in PLAYERS and not answers:
+    if spec.caregiver != RANDOM and find_caregiver(spec.caregiver, queries=spec.queries) is None:
+        raise CaregiverError(f"caregiver must be one that acts, got '{spec.caregiver}'")
+    if spec.caregiver in PLAYERS and not answers:
         raise CaregiverError(
-            f"caregiver '{arguments.caregiver}' must be with --answers DIR, one that `caregiver-mj view` has kept"
+            f"caregiver '{spec.caregiver}' must be with --answers DIR, one that `caregiver-mj view` has kept"
         )
-    recipe = Recipe(
-        task=arguments.task,
-        plan=plan,
-        family=family,
-        caregiver=arguments.caregiver,
-        seed=arguments.seed,
-        world=arguments.world,
-        embodiment=arguments.embodiment,
-        seconds=arguments.seconds,
-        cameras=tuple(arguments.camera),
-        size=_size(arguments.size),
-        answers=answers,
-    )
-    recipe.check()
-    name = arguments.name or _name(recipe)
+    recording = Recording(spec, tuple(arguments.camera), _size(arguments.size), answers)
+    recording.check()
+    name = arguments.name or _name(spec)
     target = pathlib.Path(arguments.out, name) if arguments.format == "minari" else pathlib.Path(arguments.out)
-    check(arguments, recipe, name, target)
-    robot = recipe.embodiment if recipe.world == "house" else None
-    code = origins([] if recipe.caregiver == RANDOM else [recipe.caregiver], [family], robot)
+    check(arguments, recording, name, target)
+    robot = spec.embodiment if spec.world == "house" else None
+    code = origins([] if spec.caregiver == RANDOM else [spec.caregiver], [spec.family], robot)
     asked = {
         "format": arguments.format,
-        "task": recipe.task,
-        "world": recipe.world,
-        "house": list(plan.rows),
-        "damage": str(plan.damage),
-        "family": str(family),
-        "caregiver": recipe.caregiver,
-        "embodiment": robot,
-        "seed": recipe.seed,
-        "seconds": recipe.seconds,
-        "cameras": list(recipe.cameras),
-        "size": list(recipe.size),
+        "spec": spec.digest(),
+        **{key: value for key, value in spec.record().items() if key != "file"},
+        "cameras": list(recording.cameras),
+        "size": list(recording.size),
         "versions": versions(),
-        "source": source_digest(recipe.world, ("caregiver_mj.envs.recipe",)),
+        "source": source_digest(spec.world, ("caregiver_mj.envs.recipe",)),
         **({"code": code} if code else {}),
         **({"answers": arguments.answers} if answers else {}),
     }
@@ -124,15 +107,15 @@ def _run(arguments: argparse.Namespace) -> None:
     store = Store(folder.path)
     store.check_none_beyond(arguments.episodes)
     with store.gone_if_empty():
-        _collect_all(arguments, recipe, store, executor)
-    write(arguments, recipe, store, name, target)
+        _collect_all(arguments, recording, store, executor)
+    write(arguments, recording, store, name, target)
     store.remove()
     print(target)
 
 
-def _name(recipe: Recipe) -> str:
-    world = "grid-" if recipe.world == "grid" else ""
-    what = f"{world}{recipe.task}-{recipe.plan.name}-{recipe.caregiver}-{recipe.family}"
+def _name(spec: EpisodeSpec) -> str:
+    world = "grid-" if spec.world == "grid" else ""
+    what = f"{world}{spec.task}-{spec.plan.name}-{spec.caregiver}-{spec.family}"
     return f"caregiver_mj/{re.sub(r'[^-_0-9a-zA-Z]', '_', what)}-v0"
 
 
@@ -143,7 +126,7 @@ def _size(text: str) -> tuple[int, int]:
     return int(match[1]), int(match[2])
 
 
-def check(arguments: argparse.Namespace, recipe: Recipe, name: str, target: pathlib.Path) -> None:
+def check(arguments: argparse.Namespace, recording: Recording, name: str, target: pathlib.Path) -> None:
     """Raise CaregiverError, before anything is run, where the data set could not be written or not be made."""
     if arguments.format == "minari":
         from caregiver_mj.recording.minari_dataset import check_name
@@ -161,16 +144,16 @@ def check(arguments: argparse.Namespace, recipe: Recipe, name: str, target: path
     if arguments.format == "lerobot":
         from caregiver_mj.recording.lerobot_dataset import check_rate
 
-        check_rate(recipe.about().rate)
-    recipe.spaces()  # makes the house, and the caregiver
+        check_rate(recording.about().rate)
+    recording.spaces()  # makes the house, and the caregiver
 
 
-def _collect_all(arguments: argparse.Namespace, recipe: Recipe, store: Store, executor: LocalExecutor) -> None:
+def _collect_all(arguments: argparse.Namespace, recording: Recording, store: Store, executor: LocalExecutor) -> None:
     """Run the episodes that are not there yet, with a progress bar; a recording that breaks off says how to go on."""
     from caregiver_mj.envs.recipe import collect
 
-    jobs = [(i, episode_seed(recipe.seed, i)) for i in range(arguments.episodes) if i not in store]
-    work = functools.partial(collect, recipe, store.path)
+    jobs = [i for i in range(arguments.episodes) if i not in store]
+    work = functools.partial(collect, recording, store.path)
     found = arguments.episodes - len(jobs)
     try:
         with progress_bar() as bar, contextlib.closing(executor.run(work, jobs)) as running:
@@ -184,7 +167,7 @@ def _collect_all(arguments: argparse.Namespace, recipe: Recipe, store: Store, ex
         raise parsing.broken_off(error, found, arguments.episodes, store.path, arguments) from None
 
 
-def write(arguments: argparse.Namespace, recipe: Recipe, store: Store, name: str, target: pathlib.Path) -> None:
+def write(arguments: argparse.Namespace, recording: Recording, store: Store, name: str, target: pathlib.Path) -> None:
     """Make the data set of the episodes."""
     episodes = (store.load(i) for i in range(arguments.episodes))
     try:
@@ -193,11 +176,11 @@ def write(arguments: argparse.Namespace, recipe: Recipe, store: Store, name: str
 
             # A data set is read on any machine: it has no name of a file of this one.
             house = arguments.house if isinstance(arguments.house, str) else ""
-            spec = recipe.spec(house if house in house_names() or sets.house(house) is not None else None)
-            write_minari(pathlib.Path(arguments.out), name, episodes, recipe.about(), recipe.spaces(), spec)
+            spec = recording.env_spec(house if house in house_names() or sets.house(house) is not None else None)
+            write_minari(pathlib.Path(arguments.out), name, episodes, recording.about(), recording.spaces(), spec)
         else:
             from caregiver_mj.recording.lerobot_dataset import write_lerobot
 
-            write_lerobot(target, episodes, recipe.about())
+            write_lerobot(target, episodes, recording.about())
     except OSError as error:
         raise StorageError(f"'{target}' cannot be written: {error}; the episodes are kept: --resume") from None

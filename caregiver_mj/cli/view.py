@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import contextlib
 import dataclasses
-import functools
 import os
 import pathlib
 import signal
@@ -23,12 +22,12 @@ from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.outside import plain
-from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.tasks import TASKS
 from caregiver_mj.viz import OVERLAYS
 
 if TYPE_CHECKING:
-    from caregiver_mj.viz.episode import Episode, Watched
+    from caregiver_mj.experiments.spec import EpisodeSpec
+    from caregiver_mj.viz.episode import Episode
     from caregiver_mj.viz.viewers.web import WebViewer
     from caregiver_mj.viz.viewers.window import Window
 
@@ -45,6 +44,7 @@ def add_render(command: argparse.ArgumentParser) -> None:
     command.add_argument("--task", default="supervise", help=f"the task: {', '.join(TASKS)}")
     parsing.add_who(command)
     parsing.add_episode(command)
+    parsing.add_queries(command)
     parsing.add_answers(command, "film")
     command.add_argument("--seconds", type=float, default=30.0, help="length of the film at most")
     command.add_argument(
@@ -65,6 +65,7 @@ def add_view(command: argparse.ArgumentParser) -> None:
     )
     parsing.add_who(command, f"who acts: {_PLAYERS}, who play with the keys that are shown, ")
     parsing.add_episode(command)
+    parsing.add_queries(command)
     command.add_argument("--out", metavar="DIR", help=f"run to keep the episodes of a {_PLAYERS} in")
     command.add_argument("--speed", type=float, default=1.0, help="simulated seconds a second")
     command.add_argument("--paused", action="store_true", help="begin paused")
@@ -79,27 +80,21 @@ def add_view(command: argparse.ArgumentParser) -> None:
 
 def _render(arguments: argparse.Namespace) -> None:
     answers = parsing.read_answers(arguments)
-    plan, family = parsing.read_house(arguments), parsing.read_family(arguments.epsilon, arguments)
-    if not answers:
-        find_caregiver(arguments.caregiver)
     if arguments.seed < 0 or arguments.episode < 0:
         raise CaregiverError(f"seed and episode must be at least 0, got {arguments.seed} and {arguments.episode}")
     if answers and arguments.episode >= len(answers):
         raise CaregiverError(f"episode must be below {len(answers)}, as many as --answers has, got {arguments.episode}")
 
+    spec = parsing.read_spec(arguments)
+    if not answers:
+        find_caregiver(spec.caregiver, queries=spec.queries)
+
     from caregiver_mj.viz import film  # here, for it takes seconds to import
 
     film.render_episode(
         arguments.out,
-        task=arguments.task,
-        house=plan,
-        epsilon=family,
-        seed=arguments.seed,
-        episode=arguments.episode,
+        spec,
         seconds=arguments.seconds,
-        caregiver=arguments.caregiver,
-        embodiment=arguments.embodiment,
-        sight=arguments.sight,
         overlay=arguments.overlay,
         still=arguments.still,
         answers=answers[arguments.episode] if answers else "",
@@ -108,10 +103,9 @@ def _render(arguments: argparse.Namespace) -> None:
 
 
 def _view(arguments: argparse.Namespace) -> None:
-    family = parsing.read_family(arguments.epsilon, arguments)
-    find_caregiver(arguments.caregiver)
-    damage = DamageWeights.of(arguments.damage)
-    who = arguments.caregiver
+    spec = parsing.read_spec(arguments)
+    find_caregiver(spec.caregiver, queries=spec.queries)
+    who = spec.caregiver
     if who in PLAYERS and arguments.sight != "all":
         raise CaregiverError(f"sight must be all with a {who}, who sees the whole house, got {arguments.sight}")
     if arguments.out is not None and (who not in PLAYERS or arguments.episode):
@@ -125,28 +119,17 @@ def _view(arguments: argparse.Namespace) -> None:
     if on_linux and not (arguments.web or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise RenderingError("no display for a window: use `caregiver-mj view --web` and a browser")
 
-    from caregiver_mj.viz.episode import Watched  # here, for these take seconds to import
-    from caregiver_mj.viz.viewers.session import Session
+    from caregiver_mj.viz.viewers.session import Session  # here, for it takes seconds to import
 
-    watched = Watched(
-        arguments.house,
-        family,
-        arguments.caregiver,
-        arguments.seed,
-        arguments.episode,
-        damage,
-        arguments.embodiment,
-        arguments.sight,
-    )
     keep = None
     if arguments.out is not None:
-        watched, keep = _next_of_run(arguments, watched)
+        spec, keep = _next_of_run(arguments.out, spec)
 
     def start() -> Session:
         where = "for a browser" if arguments.web else "for a window"
-        told = f"preparing house {arguments.house}, children {family}, caregiver {who}, {where} ..."
+        told = f"preparing house {spec.house}, children {spec.family}, caregiver {who}, {where} ..."
         print(plain(told), file=sys.stderr, flush=True)  # a caregiver that plans may take half a minute
-        return Session(watched, speed=arguments.speed, playing=not arguments.paused, ended=keep)
+        return Session(spec, speed=arguments.speed, playing=not arguments.paused, ended=keep)
 
     viewer: WebViewer | Window
     if arguments.web:
@@ -168,30 +151,32 @@ def _view(arguments: argparse.Namespace) -> None:
             viewer.close()
 
 
-def _next_of_run(arguments: argparse.Namespace, watched: Watched) -> tuple[Watched, Callable[[Watched, Episode], None]]:
-    """Return the next episode of the run in --out, and what keeps it there once it is over, beside that with nobody."""
-    plan, who = parsing.read_house(arguments), watched.caregiver
-    played = pathlib.Path(arguments.out, "episodes").glob(f"{who}_*.json")
-    number, file = len([*played]), "" if arguments.house == plan.name else arguments.house
-    run = functools.partial(Settings, (plan,), "house", ("none", who), (watched.family,), seed=watched.seed)
-    run = functools.partial(run, embodiment=watched.embodiment, file=file)
-    RunFolder(arguments.out, run(episodes=max(1, number)).record(), resume=True)  # says now what is wrong
-    first = dataclasses.replace(watched, number=number)
+def _next_of_run(out: str, played: EpisodeSpec) -> tuple[EpisodeSpec, Callable[[EpisodeSpec, Episode], None]]:
+    """Return the next episode of a run in a folder, and what keeps it there once it is over, beside that with nobody.
 
-    def keep(over: Watched, episode: Episode) -> None:
+    It is the run that an episode which is played belongs to.
+    """
+    who, number = played.caregiver, len([*pathlib.Path(out, "episodes").glob(f"{played.caregiver}_*.json")])
+
+    def run(episodes: int) -> Settings:
+        return Settings.around(played, ("none", who), episodes)
+
+    RunFolder(out, run(max(1, number)).record(), resume=True)  # says now what is wrong
+
+    def keep(over: EpisodeSpec, episode: Episode) -> None:
         nonlocal number
-        if over != dataclasses.replace(watched, number=number):
-            print(f"not kept: the next one of '{arguments.out}' is episode {number}", file=sys.stderr)
+        if over != dataclasses.replace(played, episode=number):
+            print(f"not kept: the next one of '{out}' is episode {number}", file=sys.stderr)
             return
         print(f"keeping episode {number} ...", file=sys.stderr)
-        settings = run(episodes=(number := number + 1))
+        settings = run(number := number + 1)
         *_, block = settings.blocks()
         result = run_block(settings, block, episode.answers())  # as `verify` does
-        folder = RunFolder(arguments.out, settings.record(), resume=True)
+        folder = RunFolder(out, settings.record(), resume=True)
         folder.write(str(block), result)
         print_table(evaluate(settings, folder).summary, output(aside=True))
 
-    return first, keep
+    return dataclasses.replace(played, episode=number), keep
 
 
 @contextlib.contextmanager

@@ -16,9 +16,9 @@ from caregiver_mj.children.family import Who
 from caregiver_mj.envs.bounds import BoundedObservations
 from caregiver_mj.envs.spaces import CostMeter, Seed, check_render_mode, episode_seed, plain_seed
 from caregiver_mj.errors import check_integer
+from caregiver_mj.experiments.runner import DivergenceError, HouseRollout
 from caregiver_mj.experiments.score import Scorer
 from caregiver_mj.house.physics import Physics
-from caregiver_mj.house.rendering import control
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.tasks import load
 
@@ -74,6 +74,7 @@ class HouseEnv(gymnasium.Env):
         self.render_mode = render_mode
         kwargs = {"random": 0, **(task_kwargs or {})}  # of tables that are drawn; an episode has a seed of its own
         self.dm_env = load(task, house, epsilon, task_kwargs=kwargs, visuals=render_mode is not None)
+        self._rollout = HouseRollout(self.dm_env)
         self._picture = {} if render_mode is None else picture(self.dm_env.physics, width, height, camera)
         self.metadata = self.metadata | {"render_fps": round(1 / self.dm_env.control_timestep())}
         self._scorer = Scorer(self.dm_env.task.plan, self.dm_env.task.family)
@@ -92,8 +93,8 @@ class HouseEnv(gymnasium.Env):
         asked = plain_seed(seed)
         super().reset(seed=asked)
         drawn = episode_seed(asked, self.np_random)
-        self.dm_env.task.reseed(drawn)
-        self.timestep = self.dm_env.reset()
+        self._rollout.begin(drawn)
+        self.timestep = self._rollout.timestep
         self._observation = self._observe(self.timestep.observation)
         self._cost = CostMeter(self.dm_env.task)
         return self._observation, {"seed": drawn}
@@ -102,10 +103,11 @@ class HouseEnv(gymnasium.Env):
         if self._observation is None:
             raise gymnasium.error.ResetNeeded("call reset() before the first step and after the end of an episode")
         try:
-            self.timestep = timestep = self.dm_env.step(np.asarray(action))
-        except control.PhysicsError:
+            self._rollout.advance(np.asarray(action))
+        except DivergenceError:
             last, self._observation = self._observation, None
             return copy.deepcopy(last), 0.0, False, True, self._info(ended=True, diverged=True)
+        self.timestep = timestep = self._rollout.timestep
         ended = timestep.last()
         terminated = ended and timestep.discount == 0.0
         observation = self._observe(timestep.observation)

@@ -22,20 +22,20 @@ from gymnasium.envs.registration import EnvSpec
 from caregiver_mj.caregivers.answers import ReplayedPolicy, replayed
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.registry import find_caregiver, is_caregiver, make_caregiver, needs_pictures
+from caregiver_mj.caregivers.server import Queries
 from caregiver_mj.caregivers.told import ToldCaregiver
-from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.envs import TARGETS_ID
 from caregiver_mj.envs.house import HouseEnv
 from caregiver_mj.envs.targets import TargetsEnv, make_targets
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.spec import EpisodeSpec, plan_of_record, record_of_plan
 from caregiver_mj.house.rendering import control, engine, mujoco
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, DamageWeights
 from caregiver_mj.policy.own import make_policy
+from caregiver_mj.recording.rollout import Rollout
 from caregiver_mj.recording.steps import RANDOM, TARGETS, About, Steps, frames_file, new_episode
-from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.tasks import TASKS
 
@@ -43,44 +43,38 @@ _TARGET_TASK = "Targets: say once a novice timestep what to protect the children
 
 
 @dataclasses.dataclass(frozen=True)
-class Recipe:
-    """What episodes of a data set depend on, their seeds aside."""
+class Recording:
+    """Episodes of a data set, and what cameras record of them."""
 
-    task: str  # one of `tasks.TASKS`, or TARGETS
-    plan: FloorPlan  # the house
-    family: Family  # the children
-    caregiver: str = "expected-danger"  # name of who acts, or RANDOM
-    seed: int = 0  # seed of the caregiver
-    world: str = "house"  # "house", or "grid", for targets alone
-    embodiment: str = DEFAULT  # name of the robot in the house
-    seconds: float | None = None  # longest episode in simulated time; that of the task if None
+    spec: EpisodeSpec  # one of them, from which the others differ in number
     cameras: tuple[str, ...] = ()  # names of cameras to record
     size: tuple[int, int] = (128, 96)  # width and height of what they record, pixels, even
     answers: tuple[str, ...] = ()  # what the caregiver has answered in each episode, to be given again, if anything
 
     def check(self) -> None:
         """Raise CaregiverError unless this can be recorded."""
-        if self.task != TARGETS and self.task not in TASKS:
-            raise CaregiverError(f"no task '{self.task}' to record: there are {', '.join([*TASKS, TARGETS])}")
-        find_embodiment(self.embodiment)
-        if self.world == "grid" and self.task != TARGETS:
-            raise CaregiverError(f"task must be {TARGETS} in the grid, got '{self.task}'")
-        if self.world == "grid" and (self.cameras or self.seconds is not None):
+        spec, targets = self.spec, self.spec.task == TARGETS
+        find_embodiment(spec.embodiment)
+        if spec.world == "grid" and not targets:
+            raise CaregiverError(f"task must be {TARGETS} in the grid, got '{spec.task}'")
+        if spec.world == "grid" and (self.cameras or spec.options):
             raise CaregiverError("cameras and seconds must be left out in the grid, which has neither")
         if len(set(self.cameras)) < len(self.cameras):
             raise CaregiverError(f"cameras must be different, got {' '.join(self.cameras)}")
         if any(side % 2 or not 32 <= side <= 2160 for side in self.size):
             raise CaregiverError(f"a picture's sides must be even, from 32 to 2160 pixels, got {self.size}")
-        if self.seconds is not None and self.task == TARGETS:
+        if "time_limit" in spec.options and targets:
             raise CaregiverError("seconds must be left out with targets: their episodes have a length of their own")
+        spec.check(replayed=bool(self.answers))
 
     @property
     def kwargs(self) -> dict[str, Any]:
         """Arguments of the environment, the house aside."""
-        robot = self.embodiment if self.world == "house" else None
-        options = {"embodiment": robot, "time_limit": self.seconds}
-        given = {"epsilon": str(self.family), "task_kwargs": {k: v for k, v in options.items() if v is not None}}
-        given |= {"world": self.world} if self.task == TARGETS else {}
+        spec = self.spec
+        options = {"embodiment": spec.embodiment} if spec.world == "house" else {}
+        options |= {} if spec.sight == "all" else {"sight": spec.sight}
+        given = {"epsilon": str(spec.family), "task_kwargs": options | spec.options}
+        given |= {"world": spec.world} if spec.task == TARGETS else {}
         return {key: value for key, value in given.items() if value}
 
     def make(self) -> HouseEnv | TargetsEnv:
@@ -90,47 +84,43 @@ class Recipe:
             CaregiverError: It cannot be made.
         """
         self.check()
-        kwargs = self.kwargs | {"house": self.plan, "epsilon": self.family}
-        if self.cameras or (self.caregiver != RANDOM and needs_pictures(self.caregiver)):
+        spec = self.spec
+        kwargs = self.kwargs | {"house": spec.plan, "epsilon": spec.family}
+        asked = spec.caregiver != RANDOM and not self.answers
+        if self.cameras or (asked and needs_pictures(spec.caregiver, spec.queries)):
             kwargs["render_mode"] = "rgb_array"
-        return make_targets(**kwargs) if self.task == TARGETS else HouseEnv(self.task, **kwargs)
+        return make_targets(**kwargs) if spec.task == TARGETS else HouseEnv(spec.task, **kwargs)
 
-    def spec(self, house: str | None = None) -> EnvSpec:
+    def env_spec(self, house: str | None = None) -> EnvSpec:
         """Return Gymnasium's specification of the environment, of which it can be made on any machine.
 
         Args:
             house: A name of the house that is known wherever the package is; None if it has none. Then, and where
                 collisions do not cost what they do by default, of which a name says nothing, it holds the whole plan.
         """
-        spec = copy.deepcopy(gymnasium.spec(TARGETS_ID if self.task == TARGETS else TASKS[self.task].id))
+        spec = copy.deepcopy(gymnasium.spec(TARGETS_ID if self.spec.task == TARGETS else TASKS[self.spec.task].id))
         spec.kwargs = {**spec.kwargs, **self.kwargs, "house": house}
-        if house is None or self.plan.damage != DamageWeights():
-            plan = self.plan
-            whole = {
-                "name": plan.name,
-                "cell_size": plan.cell_size,
-                "rows": list(plan.rows),
-                "damage": str(plan.damage),
-            }
-            spec.kwargs["house"] = whole
+        plan = self.spec.plan
+        if house is None or plan.damage != DamageWeights():
+            spec.kwargs["house"] = record_of_plan(plan) | {"damage": str(plan.damage)}
             spec.entry_point, spec.vector_entry_point = f"{__name__}:{make_recorded.__name__}", None
         return spec
 
     def about(self) -> About:
         """Return what a data set of it says of itself."""
-        env, _ = prepared(self)
+        (env, _), spec = prepared(self), self.spec
         if isinstance(env, HouseEnv):
             rate, names = 1 / env.dm_env.control_timestep(), env.dm_env.action_spec().name.split("\t")
         else:
-            rate, names = WALKING_SPEED / self.plan.cell_size, ["target"]  # a decision a novice timestep
-        text = _TARGET_TASK if self.task == TARGETS else _purpose(self.task)
+            rate, names = WALKING_SPEED / spec.plan.cell_size, ["target"]  # a decision a novice timestep
+        text = _TARGET_TASK if spec.task == TARGETS else _purpose(spec.task)
         return About(
             task=text,
-            robot=self.embodiment if self.world == "house" else "",
-            policy="actions drawn at random" if self.caregiver == RANDOM else f"caregiver '{self.caregiver}'",
+            robot=spec.embodiment if spec.world == "house" else "",
+            policy="actions drawn at random" if spec.caregiver == RANDOM else f"caregiver '{spec.caregiver}'",
             rate=round(rate, 6),
             actions=tuple(names),
-            hazards=tuple(map(str, self.plan.hazards)),
+            hazards=tuple(map(str, spec.plan.hazards)),
             version=importlib.metadata.version("caregiver_mj"),
         )
 
@@ -142,7 +132,7 @@ class Recipe:
 
 
 def make_recorded(house: Any, task: str = TARGETS, **options: Any) -> HouseEnv | TargetsEnv:
-    """Make an environment of what `Recipe.spec` says, whose house may be a dictionary of the whole plan.
+    """Make an environment of what `Recording.env_spec` says, whose house may be a dictionary of the whole plan.
 
     The options are further arguments of `HouseEnv` or `make_targets`.
 
@@ -150,23 +140,22 @@ def make_recorded(house: Any, task: str = TARGETS, **options: Any) -> HouseEnv |
         CaregiverError: It cannot be made.
     """
     if isinstance(house, dict):
-        damage = DamageWeights.of(house["damage"])
-        house = FloorPlan.parse("\n".join(house["rows"]), house["name"], house["cell_size"], damage)
+        house = plan_of_record(house, DamageWeights.of(house["damage"]))
     return make_targets(house=house, **options) if task == TARGETS else HouseEnv(task, house, **options)
 
 
-@functools.lru_cache(maxsize=1)  # episodes of one recipe follow each other, and a house takes a second to build
-def prepared(recipe: Recipe, number: int = 0) -> tuple[HouseEnv | TargetsEnv, Actor]:
-    """Return the environment of a recipe, and who acts in it: of answers those of an episode's number."""
-    env = recipe.make()
-    if recipe.cameras:
-        house_of(env).physics.check_cameras(recipe.cameras)
-    if recipe.caregiver == RANDOM:
+@functools.lru_cache(maxsize=1)  # episodes of one recording follow each other, and a house takes a second to build
+def prepared(recording: Recording, number: int = 0) -> tuple[HouseEnv | TargetsEnv, Actor]:
+    """Return the environment of a recording, and who acts in it: of answers those of an episode's number."""
+    env, spec = recording.make(), recording.spec
+    if recording.cameras:
+        house_of(env).physics.check_cameras(recording.cameras)
+    if spec.caregiver == RANDOM:
         return env, RandomActor(env)
     if isinstance(env, TargetsEnv):
-        return env, TargetCaregiver(env, recipe.caregiver, recipe.seed)
-    who = replayed(recipe.plan, recipe.answers[number]) if recipe.answers else recipe.caregiver
-    return env, HouseCaregiver(env, who, recipe.seed)
+        return env, TargetCaregiver(env, spec.caregiver, spec.seed, spec.queries)
+    who = replayed(spec.plan, recording.answers[number]) if recording.answers else spec.caregiver
+    return env, HouseCaregiver(env, who, spec.seed, spec.queries)
 
 
 def house_of(env: HouseEnv | TargetsEnv) -> control.Environment:
@@ -178,55 +167,94 @@ def _purpose(task: str) -> str:
     return (inspect.getdoc(sys.modules[TASKS[task].find_kind().__module__]) or task).partition("\n")[0]
 
 
-def collect(recipe: Recipe, store: pathlib.Path, which: tuple[int, int]) -> None:
-    """Run an episode of a number and a seed, and put it into the folder of a `Store`."""
-    number, seed = which
-    env, actor = prepared(recipe, number if recipe.answers else 0)
+class EnvRollout(Rollout):
+    """An episode of an environment in which somebody acts.
+
+    Attributes:
+        observation: The last one.
+        row: Of the last step its action, reward, cost, damage and strikes, and the hazard; None at first.
+        terminated: Whether the episode came to its end.
+        info: Gymnasium's, of the last step.
+    """
+
+    observation: Any  # a dictionary
+    row: tuple[Any, ...] | None
+
+    def __init__(self, env: HouseEnv | TargetsEnv, actor: Actor):
+        self.env, self.actor = env, actor
+
+    @property
+    def over(self) -> bool:
+        return self._over
+
+    def begin(self, seed: int) -> None:
+        """Begin the episode of a seed."""
+        self.observation, self.info = self.env.reset(seed=seed)
+        self.actor.begin(seed)
+        self._over, self.terminated, self.row = False, False, None
+
+    def step(self) -> None:
+        action, intervention = self.actor.act()
+        self.observation, reward, self.terminated, truncated, info = self.env.step(action)
+        self.row = action, reward, info["cost"], info["damage"], info["strikes"], intervention
+        self._over, self.info = self.terminated or truncated, info
+
+    def outcomes(self) -> list[dict[str, Any]]:
+        return [self.info["outcome"]]
+
+
+def collect(recording: Recording, store: pathlib.Path, number: int) -> None:
+    """Run the episode of a number, and put it into the folder of a `Store`."""
+    seed = dataclasses.replace(recording.spec, episode=number).own_seed
+    rollout = EnvRollout(*prepared(recording, number if recording.answers else 0))
+    observations, rows = list[dict[str, np.ndarray]](), list[tuple[Any, ...]]()
+
+    def note(rollout: EnvRollout) -> None:
+        observations.append(rollout.observation)
+        if rollout.row:
+            rows.append(rollout.row)
+
     with new_episode(store, number) as folder:
-        with _cameras(env, recipe, folder) as look:
-            observation, _ = env.reset(seed=seed)
-            actor.begin(seed)
-            observations, rows = [observation], []
-            look()
-            terminated = truncated = False
-            info: dict[str, Any] = {}
-            while not (terminated or truncated):
-                action, intervention = actor.act()
-                observation, reward, terminated, truncated, info = env.step(action)
-                observations.append(observation)
-                rows.append((action, reward, info["cost"], info["damage"], info["strikes"], intervention))
-                look()
+        with _cameras(rollout.env, recording, folder) as look:
+            rollout.observers = [note, look]
+            rollout.begin(seed)
+            rollout.notify()
+            rollout.run_on()
         actions, rewards, costs, damage, strikes, interventions = map(np.array, zip(*rows, strict=True))
-        shape = len(observations), *recipe.size[::-1], 3
+        shape = len(observations), *recording.size[::-1], 3
         Steps(
             number=number,
             seed=seed,
-            observations={key: np.array([seen[key] for seen in observations]) for key in observation},
-            actions=actions.astype(env.action_space.dtype),
+            observations={key: np.array([seen[key] for seen in observations]) for key in observations[0]},
+            actions=actions.astype(rollout.env.action_space.dtype),
             rewards=rewards,
             costs=costs,
             damage=damage,
             strikes=strikes,
             interventions=interventions,
-            terminated=terminated,
-            diverged=info["diverged"],
-            outcome=info["outcome"],
-            frames={name: np.memmap(frames_file(folder, name), np.uint8, "r", shape=shape) for name in recipe.cameras},
+            terminated=rollout.terminated,
+            diverged=rollout.info["diverged"],
+            outcome=rollout.outcomes()[0],
+            frames={
+                name: np.memmap(frames_file(folder, name), np.uint8, "r", shape=shape) for name in recording.cameras
+            },
         ).save(folder)
 
 
 @contextlib.contextmanager
-def _cameras(env: HouseEnv | TargetsEnv, recipe: Recipe, folder: pathlib.Path) -> Iterator[Callable[[], None]]:
-    """Give what takes a picture with each camera, without shadows. They go to disk at once, for they are many."""
-    width, height = recipe.size
+def _cameras(
+    env: HouseEnv | TargetsEnv, recording: Recording, folder: pathlib.Path
+) -> Iterator[Callable[[Rollout], None]]:
+    """Give an observer that takes a picture with each camera, without shadows. They go to disk at once."""
+    width, height = recording.size
     with contextlib.ExitStack() as files:
         cameras = []
-        for name in recipe.cameras:
+        for name in recording.cameras:
             camera = engine.Camera(house_of(env).physics, height=height, width=width, camera_id=name)
             camera.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0  # which take four fifths of the time
             cameras.append((camera, files.enter_context(open(frames_file(folder, name), "wb"))))
 
-        def look() -> None:
+        def look(_: Rollout) -> None:
             for camera, file in cameras:
                 file.write(np.ascontiguousarray(camera.render()).tobytes())
 
@@ -266,8 +294,8 @@ class RandomActor(Actor):
 class HouseCaregiver(Actor):
     """A caregiver with the robot's own actions, or a policy of such."""
 
-    def __init__(self, env: HouseEnv, who: str | Caregiver | ReplayedPolicy, seed: int):
-        self._env, self._policy = env, make_policy(env.dm_env, who, seed)
+    def __init__(self, env: HouseEnv, who: str | Caregiver | ReplayedPolicy, seed: int, queries: Queries = Queries()):
+        self._env, self._policy = env, make_policy(env.dm_env, who, seed, queries)
 
     def act(self) -> tuple[np.ndarray, int]:
         return self._policy(self._env.timestep), self._policy.target
@@ -280,7 +308,7 @@ class TargetCaregiver(Actor):
     a candle has been put down, the episodes part.
     """
 
-    def __init__(self, env: TargetsEnv, caregiver: str, seed: int):
+    def __init__(self, env: TargetsEnv, caregiver: str, seed: int, queries: Queries = Queries()):
         """Prepare it.
 
         Raises:
@@ -288,10 +316,10 @@ class TargetCaregiver(Actor):
                 environment tells.
         """
         self._world = env.world
-        found = find_caregiver(caregiver)
+        found = find_caregiver(caregiver, queries=queries)
         if found is not None and not is_caregiver(found):
             raise CaregiverError(f"caregiver must choose targets, got '{caregiver}', a policy of the robot's actions")
-        made = make_caregiver(caregiver, env.world.caregiver.plan, seed)
+        made = make_caregiver(caregiver, env.world.caregiver.plan, seed, queries)
         if made is None:
             raise CaregiverError(f"caregiver must be one that acts, got '{caregiver}'")
         if isinstance(made, ToldCaregiver):

@@ -13,11 +13,23 @@ from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.caregivers.target_observation import Encoder
 from caregiver_mj.children.family import Who
 from caregiver_mj.envs.spaces import CostMeter
+from caregiver_mj.experiments.runner import DivergenceError, HouseRollout
 from caregiver_mj.experiments.score import Scorer
-from caregiver_mj.house.rendering import control
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.tasks import load
+
+
+class _Decisions(HouseRollout):
+    """An episode that halts wherever a decision is due."""
+
+    due = False
+
+    def decide(self) -> None:
+        self.due = self.policy.see(self.timestep)
+
+    def step(self) -> None:
+        self.advance(self.policy.act())
 
 
 class TargetHouse:
@@ -48,6 +60,7 @@ class TargetHouse:
         task = self.dm_env.task
         self.caregiver = CommandedCaregiver(task.plan)
         self.policy = CaregiverPolicy(self.dm_env, self.caregiver)
+        self._rollout = _Decisions(self.dm_env, self.policy)
         self.children = len(task.children)
         self._scorer = Scorer(task.plan, task.family)
         timesteps = task.time_limit / task.novice_timestep
@@ -56,26 +69,29 @@ class TargetHouse:
     def begin(self, seeds: Sequence[int]) -> None:
         """Begin the episode of a seed, up to the first decision; until then the robot keeps out of the way."""
         (seed,) = seeds
-        self.dm_env.task.reseed(seed)
-        self.ended = self.diverged = False
-        timestep = self.dm_env.reset()
+        self.diverged = False
+        self._rollout.begin(seed)
         self._cost = CostMeter(self.dm_env.task)
         self.encoder.trace.clear()
-        self._go_on(self.policy.see(timestep))
+        self._go_on()
 
     def act(self, actions: np.ndarray) -> None:
         """Go on to the next decision, or to the end."""
         self.caregiver.targets = self.encoder.slots.targets(actions, 1)
+        self._rollout.due = False
         self._go_on()
 
-    def _go_on(self, decides: bool = False) -> None:
-        while not (decides or self.ended):
-            try:
-                timestep = self.dm_env.step(self.policy.act())
-            except control.PhysicsError:
-                self.ended = self.diverged = True
-                return
-            decides, self.ended = self.policy.see(timestep), timestep.last()
+    @property
+    def ended(self) -> bool:
+        """Whether the episode is over."""
+        return self.diverged or self._rollout.over
+
+    def _go_on(self) -> None:
+        try:
+            decides = self._rollout.run_on(until=lambda: self._rollout.due)
+        except DivergenceError:
+            self.diverged = True
+            return
         if decides:
             self.encoder.trace.appendleft(self.percept().previous_cell)
 

@@ -18,7 +18,8 @@ from caregiver_mj.experiments.blocks import Tables
 from caregiver_mj.experiments.evaluation import sum_up
 from caregiver_mj.experiments.harm import judge
 from caregiver_mj.experiments.run_folder import RunFolder, read_json, told, unlike
-from caregiver_mj.experiments.settings import FLOOR, Settings
+from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.experiments.spec import FLOOR
 from caregiver_mj.outside import LARGEST_PIECE, LARGEST_RATIO, LARGEST_TABLE, limited_memory, plain, read_file
 from caregiver_mj.recording.record import MEASURES
 

@@ -13,7 +13,7 @@ from typing import Any
 import pandas as pd
 
 from caregiver_mj.experiments import intervals
-from caregiver_mj.experiments.settings import FLOOR
+from caregiver_mj.experiments.spec import FLOOR
 from caregiver_mj.experiments.verdicts import LEVEL, MARGINS, Verdict
 
 BASELINE = "none"

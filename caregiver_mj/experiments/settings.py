@@ -9,25 +9,17 @@ from collections.abc import Mapping, Sequence
 from numbers import Integral, Real
 from typing import Any
 
-import numpy as np
-
-from caregiver_mj.caregivers.registry import CAREGIVERS, find_caregiver, is_caregiver, needs_pictures
-from caregiver_mj.caregivers.remote import SCHEMES, way_of_asking
+from caregiver_mj.caregivers.server import SCHEMES, Queries
 from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.children.family import CHILDREN, ChildSpec, Family
-from caregiver_mj.children.tape import Tape
 from caregiver_mj.danger import child_model
 from caregiver_mj.errors import CaregiverError, check_integer, check_kind
 from caregiver_mj.experiments.provenance import origins, source_digest, versions
+from caregiver_mj.experiments.spec import FLOOR, Conditions, EpisodeSpec, plan_of_record, record_of_plan
 from caregiver_mj.outside import plain
-from caregiver_mj.plans.floor_plan import FloorPlan, check_starts
+from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
-from caregiver_mj.plans.visibility import Sight
-from caregiver_mj.robot.embodiment import DEFAULT
 
-WORLDS = ("house", "grid")
-FLOOR = "floor"  # bare-tables baseline: damage that no caregiver can prevent
-NOBODY = ("none", FLOOR)  # baselines, in the place of a caregiver
 EPSILONS = child_model.EPSILONS[::-1]  # the paper's five novices
 GRID_BLOCK = 1000  # episodes at once: enough to be fast, and a few seconds' work to lose
 MOST_ROWS = 10_000_000  # episodes of a run; more do not fit into memory
@@ -36,8 +28,8 @@ _LONGEST_NAME, _LONGEST_LIST = 500, 100_000  # characters of a name, and of what
 
 
 @dataclasses.dataclass(frozen=True)
-class Settings:
-    """What to evaluate."""
+class Settings(Conditions):
+    """A set of episodes: every caregiver with every family in every house, so many times."""
 
     #: the houses, with what a collision costs; or a single one, as also of caregivers and families
     plans: tuple[FloorPlan, ...]
@@ -49,22 +41,26 @@ class Settings:
     families: tuple[Family, ...] = tuple(map(Family.of, EPSILONS))
     episodes: int = 20  #: episodes for each caregiver and family
     seed: int = 0  #: seed of the episodes, and of what is random in the caregivers
-    embodiment: str = DEFAULT  #: name of the robot in the house
     houses: str = ""  #: what the houses are called together, such as "test-100"; nothing if by their names
-    #: where a single house of the user's own was read from; nothing if it has a name. Nothing depends on it
-    file: str = ""
-    sight: str = "all"  #: what the caregivers see, as `plans.visibility.Sight.of` takes it
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         alone = isinstance(self.families, (str, Real, Family, ChildSpec, Behaviour))
         counts = {name: getattr(self, name) for name in ("episodes", "seed")}
+        caregivers = (self.caregivers,) if isinstance(self.caregivers, str) else tuple(self.caregivers)
         vars(self).update(
             plans=(self.plans,) if isinstance(self.plans, FloorPlan) else tuple(self.plans),
-            caregivers=(self.caregivers,) if isinstance(self.caregivers, str) else tuple(self.caregivers),
+            caregivers=caregivers,
             families=tuple(map(Family.of, (self.families,) if alone else self.families)),
-            sight=str(Sight.of(self.sight)),
+            queries=self.queries.for_caregivers(caregivers),
             **{name: int(count) if isinstance(count, Integral) else count for name, count in counts.items()},
         )
+
+    @classmethod
+    def around(cls, spec: EpisodeSpec, caregivers: Sequence[str], episodes: int) -> Settings:
+        """Return a run that an episode belongs to, with its house and its family."""
+        shared = {field: getattr(spec, field) for field in _COMMON}
+        return cls((spec.plan,), caregivers=tuple(caregivers), families=(spec.family,), episodes=episodes, **shared)
 
     @classmethod
     def of_record(cls, record: dict[str, Any]) -> Settings:
@@ -76,22 +72,18 @@ class Settings:
             CaregiverError: They can be of no run.
             KeyError: Something is missing.
         """
-        record = {"file": "", "sight": "all"} | record
-        texts = ("world", "embodiment", "houses", "file", "sight", "damage")
+        texts = ("world", "houses", "damage")
         for key, kind in (*((text, str) for text in texts), ("caregivers", list), ("families", list), ("plans", list)):
             check_kind(key, record[key], kind)
         for name in (*record["caregivers"], *record["families"]):
             check_kind("the name of a caregiver or of children", name, str)
         damage = DamageWeights.of(record["damage"])
-        plans = (
-            FloorPlan.parse("\n".join(plan["rows"]), plan["name"], plan["cell_size"], damage)
-            for plan in record["plans"]
-        )
         found = cls(
-            tuple(plans),
+            tuple(plan_of_record(plan, damage) for plan in record["plans"]),
             caregivers=tuple(record["caregivers"]),
             families=tuple(map(Family.named, record["families"])),
-            **{key: record[key] for key in ("world", "episodes", "seed", "embodiment", "houses", "file", "sight")},
+            **{key: record[key] for key in ("world", "episodes", "seed", "houses")},
+            **cls.of_shared_record(record),
         )
         found.check_whole()
         return found
@@ -117,23 +109,18 @@ class Settings:
         """The houses by name."""
         return {plan.name: plan for plan in self.plans}
 
+    def house_of(self, block: Block) -> FloorPlan:
+        """Return the house of a block."""
+        return self.plan_of[block.house] if block.house else self.plan
+
     def check(self) -> None:
         """Raise CaregiverError unless this can be run."""
-        self._check_world()
-        self._check_house()
-        for name in self.caregivers:
-            _check_caregiver(name, self.world)
-        for family in self.families:
-            family.check()
+        self.check_episodes(self.world, self.plans, self.families, self.caregivers)
         self.check_whole()
-
-    def _check_world(self) -> None:
-        if self.world not in WORLDS:
-            raise CaregiverError(f"no world '{self.world}': there are {', '.join(WORLDS)}")
 
     def check_whole(self) -> None:
         """Raise CaregiverError unless this can be that of a run, whatever its names are of."""
-        self._check_world()
+        self.check_world(self.world)
         for plan in self.plans:
             check_kind("a house", plan, FloorPlan, advice=": FloorPlan.load makes one")
         names, houses = tuple(map(str, self.families)), tuple(plan.name for plan in self.plans)
@@ -173,25 +160,12 @@ class Settings:
                     f"its {what} must be one of {', '.join(registry)}, got '{name}': --trust imports and runs its code"
                 )
 
-    def _check_house(self) -> None:
-        """Raise CaregiverError unless what only the house knows can be run."""
-        if self.world == "grid" and self.embodiment == DEFAULT:
-            return
-        # Here, for the grid does without MuJoCo; rendering first, for MuJoCo stumbles over a wrong `MUJOCO_GL`.
-        import caregiver_mj.house.rendering  # noqa: F401
-        from caregiver_mj.robot.embodiments import find_embodiment
-
-        find_embodiment(self.embodiment)
-        if self.world == "house" and set(self.caregivers) - {"none", FLOOR}:
-            for plan, family in itertools.product(self.plans, self.families):
-                check_starts(plan, len(family))
-
     def record(self) -> dict[str, Any]:
         """Return the settings and versions as JSON, to tell whether two runs can be one."""
         return {
             "world": self.world,
             "houses": self.houses,
-            "plans": [{"name": p.name, "cell_size": p.cell_size, "rows": list(p.rows)} for p in self.plans],
+            "plans": [record_of_plan(plan) for plan in self.plans],
             "damage": str(self.plans[0].damage),
             "caregivers": list(self.caregivers),
             "families": list(map(str, self.families)),
@@ -202,18 +176,27 @@ class Settings:
             "versions": versions(),
             "source": source_digest(self.world),
             **({"code": code} if (code := self.code()) else {}),
-            **({"file": self.file} if self.file else {}),
-            **({"sight": self.sight} if self.sight != "all" else {}),
+            **self.shared_record(),
         }
 
     def code(self) -> dict[str, str]:
         """Return where the code of others that the results depend on comes from, by what it is: see `origins`.
 
-        Of caregivers elsewhere it is how they are asked.
+        Of caregivers elsewhere it is only whether they are asked as by default: `queries` says how.
         """
         caregivers = [name for name in self.caregivers if name != FLOOR]
-        asked = {f"caregiver {name}": way_of_asking(name) for name in caregivers if name.startswith(SCHEMES)}
+        how = "asked by default" if self.queries.record() == Queries().record() else "asked as queries say"
+        asked = {f"caregiver {name}": how for name in caregivers if name.startswith(SCHEMES)}
         return origins(caregivers, self.families, self.embodiment if self.world == "house" else None) | asked
+
+    def spec(self, plan: FloorPlan, family: Family, caregiver: str, number: int = 0) -> EpisodeSpec:
+        """Return an episode of it."""
+        return EpisodeSpec(plan, family, caregiver, number, **{field: getattr(self, field) for field in _COMMON})
+
+    def specs(self, block: Block) -> list[EpisodeSpec]:
+        """Return the episodes of a block, one family after the other."""
+        plan = self.house_of(block)
+        return [self.spec(plan, family, block.caregiver, i) for family in block.families for i in block.numbers]
 
     def blocks(self, grid_block: int = GRID_BLOCK, extended_at: Sequence[int] = ()) -> list[Block]:
         """Return the work in pieces, each done as a whole: one episode in the house, at most so many in the grid.
@@ -233,21 +216,14 @@ class Settings:
         ]
 
 
+# Fields that a set and its episodes share.
+_COMMON = ("world", "seed", *(field.name for field in dataclasses.fields(Conditions)))
+
+
 def _check_name(name: str, longest: int) -> None:
     """Raise CaregiverError unless it can be shown: a name stands in tables, figures and file names."""
     if len(name) > longest or not name.isprintable():
         raise CaregiverError(f"a name must have at most {longest:,} printable characters, got '{plain(name)}'")
-
-
-def _check_caregiver(name: str, world: str) -> None:
-    if name == FLOOR:
-        CAREGIVERS.tell_of_namesakes(FLOOR, f"'{FLOOR}' is what bare tables alone do")
-        return
-    found = find_caregiver(name, others=(FLOOR,))
-    if world == "grid" and not (found is None or is_caregiver(found)):
-        raise CaregiverError(f"world must be house for '{name}', a policy of the robot's actions, got grid")
-    if world == "grid" and needs_pictures(name):
-        raise CaregiverError(f"world must be house for '{name}' with frames, for there are no cameras, got grid")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -281,18 +257,3 @@ def _alike(families: tuple[Family, ...]) -> list[tuple[Family, ...]]:
         found = tuple(alike)
         groups += [found[first : first + _MOST_FAMILIES] for first in range(0, len(found), _MOST_FAMILIES)]
     return groups
-
-
-def episode_seed(seed: int, episode: int) -> int:
-    """Return the seed of an episode, by the run's seed and the episode's number alone."""
-    return int(np.random.SeedSequence([seed, episode]).generate_state(1)[0])
-
-
-def episode_random(seed: int) -> np.random.RandomState:
-    """Return the source of all chance in the episode of a seed; the house draws more from it than the grid."""
-    return np.random.RandomState(seed)
-
-
-def episode_tapes(seed: int, children: int) -> tuple[Tape, ...]:
-    """Return what is drawn of it first in both worlds: the chance of the children."""
-    return Tape.draw_family(episode_random(seed), children)

@@ -31,7 +31,8 @@ from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.experiments.provenance import difference, source_digest, versions
 from caregiver_mj.experiments.run_folder import Result, read_block, write_whole
 from caregiver_mj.experiments.score import with_costs
-from caregiver_mj.experiments.settings import GRID_BLOCK, NOBODY, Block, Settings
+from caregiver_mj.experiments.settings import GRID_BLOCK, Block, Settings
+from caregiver_mj.experiments.spec import NOBODY
 from caregiver_mj.experiments.summary import judge_run
 from caregiver_mj.experiments.workers import Executor
 from caregiver_mj.outside import (

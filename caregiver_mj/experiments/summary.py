@@ -27,7 +27,8 @@ from caregiver_mj.experiments import intervals, statistics
 from caregiver_mj.experiments.harm import BASELINE, judge
 from caregiver_mj.experiments.provenance import versions
 from caregiver_mj.experiments.score import with_costs
-from caregiver_mj.experiments.settings import FLOOR, Settings
+from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.experiments.spec import FLOOR
 from caregiver_mj.experiments.verdicts import LEVEL, Verdict, holm, least_p_more, sign_flip_p_more, verdict
 from caregiver_mj.recording.record import MEASURES
 

@@ -15,7 +15,8 @@ What the caregiver sees of all this is everything, as in the paper, or what its 
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -37,11 +38,12 @@ from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, State, Where
 from caregiver_mj.plans.routes import STAY, routes
 from caregiver_mj.plans.visibility import Sight
 from caregiver_mj.recording.ledger import Ledger
+from caregiver_mj.recording.rollout import Rollout
 
 CAREGIVER_ACTIONS = int(PAPER.cells)  # in a novice timestep
 
 
-class GridWorld(GridState):
+class GridWorld(GridState, Rollout):
     """A batch of B episodes on one floor plan, with K children each.
 
     Attributes:
@@ -146,21 +148,18 @@ class GridWorld(GridState):
                 self.caregiver.hear(self.truth())
             self.care(self.caregiver)
 
-    def run(self, tapes: Sequence[Sequence[Tape]], progress: Callable[[], None] = lambda: None) -> Ledger:
-        """Run whole episodes, one for each family of tapes.
+    @property
+    def over(self) -> bool:
+        return self.timestep >= len(self._draws)
 
-        Args:
-            tapes: The children's chance.
-            progress: Called after every timestep.
-
-        Returns:
-            What happened.
-        """
+    def run(self, tapes: Sequence[Sequence[Tape]]) -> Ledger:
+        """Run whole episodes, one for each family of tapes, and return what happened."""
         self.reset(tapes)
-        for _ in range(len(self._draws)):
-            self.step()
-            progress()
+        self.run_on()
         return self.ledger
+
+    def outcomes(self) -> list[dict[str, Any]]:
+        return [self.ledger.outcome(number) for number in range(len(self.orders))]
 
     def percept(self) -> Percept:
         """Return what the caregiver sees now."""
@@ -313,12 +312,11 @@ def run_episodes(
     family: Family | float | str,
     caregiver: Caregiver | None,
     seeds: Sequence[Random],
-    progress: Callable[[], None] = lambda: None,
 ) -> Ledger:
     """Run one episode for every seed, or source of randomness, as `random_state` takes them."""
     family = Family.of(family)
     tapes = [Tape.draw_family(seed, len(family)) for seed in seeds]
-    return GridWorld(plan, family, caregiver).run(tapes, progress)
+    return GridWorld(plan, family, caregiver).run(tapes)
 
 
 class FloorWorld(GridWorld):

@@ -11,7 +11,8 @@ import numpy as np
 
 from caregiver_mj.caregivers.answers import ReplayedPolicy
 from caregiver_mj.caregivers.caregiver import Caregiver
-from caregiver_mj.caregivers.registry import find_caregiver, is_caregiver
+from caregiver_mj.caregivers.registry import find_caregiver, is_caregiver, make_caregiver
+from caregiver_mj.caregivers.server import SCHEMES, Queries
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.rendering import control
 from caregiver_mj.house.task_info import TaskInfo
@@ -130,7 +131,7 @@ class Teleoperation:
 
 
 def make_policy(
-    env: control.Environment, who: str | Caregiver | ReplayedPolicy, seed: int = 0
+    env: control.Environment, who: str | Caregiver | ReplayedPolicy, seed: int = 0, queries: Queries = Queries()
 ) -> CaregiverPolicy | OwnPolicy:
     """Make the policy of a name, or of a caregiver, for an environment.
 
@@ -138,13 +139,16 @@ def make_policy(
         env: An environment of this package, with the robot in it.
         who: A name as of `find_caregiver`, but not "none"; a caregiver; or actions that are given again.
         seed: Seed of a caregiver; what it draws in an episode depends on the episode's seed as well.
+        queries: How a caregiver is asked that is elsewhere.
 
     Raises:
         CaregiverError: There is none of that name, it does not act, or there is no robot in the environment.
     """
     if isinstance(who, ReplayedPolicy):
         return OwnPolicy("given again", lambda _: who, env)
-    found = find_caregiver(who) if isinstance(who, str) else type(who)
+    found = find_caregiver(who, queries=queries) if isinstance(who, str) else type(who)
     if found is None or is_caregiver(found):
+        if isinstance(who, str) and who.startswith(SCHEMES) and not env.task.info.orders:
+            who = make_caregiver(who, env.task.info.plan, seed, queries) or who
         return CaregiverPolicy(env, who, seed)
     return OwnPolicy(str(who), found, env)

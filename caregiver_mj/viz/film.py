@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import math
 import numbers
 import os
@@ -14,19 +15,15 @@ import numpy as np
 from PIL import Image
 
 from caregiver_mj.caregivers.registry import check_acts_alone
-from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError, check_kind, check_number
-from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.policy.own import OwnPolicy
 from caregiver_mj.recording.video import video_writer
-from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.viz import OVERLAYS, hud, progress_bar
 from caregiver_mj.viz.cameras import Camera, StillCamera, TileLayer
 from caregiver_mj.viz.colours import GROUND
-from caregiver_mj.viz.episode import Episode, Watched
+from caregiver_mj.viz.episode import Episode
 
-DEFAULT_SIZE = 1280, 720  # pixels
-DEFAULT_FPS = 30.0
 _SMALLEST, _LARGEST = (320, 240), (3840, 2160)  # pixels
 LONGEST = 86_400  # seconds of a film
 _TRAIL_SECONDS = 20.0
@@ -42,17 +39,38 @@ _OPTIONS = (
 )
 
 
+@dataclasses.dataclass(frozen=True)
+class Picture:
+    """What the pictures of a film are like."""
+
+    width: int = 1280  #: pixels, even
+    height: int = 720  #: pixels, even
+    fps: float = 30.0  #: frames a second
+    camera: str = "overview"  #: the camera of the large view
+
+    def check(self) -> None:
+        """Raise CaregiverError unless there can be such pictures."""
+        for what, smallest, largest in zip(("width", "height"), _SMALLEST, _LARGEST, strict=True):
+            size = getattr(self, what)
+            if not isinstance(size, int) or size % 2 or not smallest <= size <= largest:
+                raise CaregiverError(
+                    f"{what} must be an even number of pixels from {smallest} to {largest}, got {size!r}"
+                )
+        check_number("fps", self.fps, 1, 120)
+
+
 class Studio:
     """Films an episode."""
 
-    def __init__(self, episode: Episode, width: int, height: int, camera: str, trail_length: int):
-        """Set the cameras up, for pictures of a size in pixels, with so many of the latest looks as children's trails.
+    def __init__(self, episode: Episode, picture: Picture, trail_length: int):
+        """Set the cameras up, with so many of the latest looks at the children as their trails.
 
         Raises:
             CaregiverError: There is no such camera.
             RenderingError: There is no OpenGL to render with.
         """
         self._episode, self._trail_length = episode, trail_length
+        width, height, camera = picture.width, picture.height, picture.camera
         physics = episode.env.physics
         physics.check_cameras([camera])
         quality = physics.model.vis.quality
@@ -71,7 +89,7 @@ class Studio:
         self._camera = (StillCamera if still else Camera)(physics, camera, *size, shadows=True)
         self._tiles = TileLayer(physics, camera, *size, still) if episode.foresees else None
         self._insets = []
-        captions = {"follow": "toddler" if len(episode.family) == 1 else "child 1", "wrist": "gripper"}
+        captions = {"follow": "toddler" if len(episode.spec.family) == 1 else "child 1", "wrist": "gripper"}
         if width > _WIDE * height:
             for name in captions:  # cameras shown beside the overview
                 if name in physics.camera_names() and name != camera:
@@ -89,84 +107,51 @@ class Studio:
 
 def render_episode(
     path: str | os.PathLike[str],
+    spec: EpisodeSpec,
     *,
-    task: str = "supervise",
-    house: str | os.PathLike[str] | FloorPlan = "paper",
-    epsilon: Family | float | str = 0.5,
-    seed: int = 0,
-    episode: int | None = 0,
     seconds: float = 30.0,
-    caregiver: str = "expected-danger",
-    embodiment: str = DEFAULT,
-    sight: str = "all",
-    width: int = DEFAULT_SIZE[0],
-    height: int = DEFAULT_SIZE[1],
-    fps: float = DEFAULT_FPS,
-    camera: str = "overview",
+    picture: Picture = Picture(),
     overlay: str | None = None,
     still: str | os.PathLike[str] | None = None,
     quiet: bool = False,
     answers: str = "",
-    studio: Callable[[Episode, int, int, str, int], Studio] = Studio,
+    studio: Callable[[Episode, Picture, int], Studio] = Studio,
 ) -> None:
     """Film an episode, with what the caregiver knows and does on display.
 
-    It is the episode that an evaluation with the same seed runs: the same children, and the same chance in the
-    caregiver.
-
     Args:
         path: The film, `FILE.mp4`.
-        task: One of `caregiver_mj.ALL_TASKS`; those of an evaluation are "supervise".
-        house: A floor plan, the name of one that comes with the package, or the path of a file.
-        epsilon: The novice's share of random moves; for several children that of each, as in "1,0.25".
-        seed: Seed of the run.
-        episode: Number of the episode in the run. None if the seed is that of a single episode, as in the column
-            `seed` of a run; the caregiver gets the same one.
+        spec: The episode, the same as in an evaluation: in the house, whatever its world.
         seconds: Length of the film; less if the episode is over before.
-        caregiver: Name of the caregiver, or of a policy; without a robot for "none".
-        embodiment: Name of the robot.
-        sight: What the caregiver has to see with: `all`, `walls`, `camera` or `rooms:N`.
-        width: Width of the picture in pixels, even.
-        height: Height of the picture in pixels, even.
-        fps: Frames a second.
-        camera: The camera of the large view.
+        picture: Size, frame rate and camera.
         overlay: What is laid over the floor, one of `OVERLAYS`: "danger" for where the caregiver thinks that the
             children may be soon, and what may hurt them. None for nothing.
         still: Where to put a picture of a telling moment, `FILE.png`: a child nearest to a candle in the robot's
             hand, or else the middle of the film.
         quiet: Whether to do without the progress bar.
         answers: What the caregiver has answered in this episode, to be given again in its place, if anything.
-        studio: Makes what takes the pictures, of the episode, width, height, camera and length of the trails.
+        studio: Makes what takes the pictures, of the episode, the picture and the length of the trails.
 
     Raises:
         CaregiverError: Something of the above is not possible.
         RenderingError: There is no OpenGL to render with.
     """
-    _check_picture(width, height, fps, seconds)
+    picture.check()
+    if not (isinstance(seconds, numbers.Real) and 0 < seconds <= LONGEST):
+        raise CaregiverError(f"seconds must be a positive number of at most {LONGEST:,}, a day, got {seconds!r}")
     if not answers:
-        check_acts_alone(caregiver)
+        check_acts_alone(spec.caregiver)
     if overlay not in (None, *OVERLAYS):
         raise CaregiverError(f"no overlay '{overlay}': there is {', '.join(OVERLAYS)}")
     path, still = _writable(path, ".mp4"), None if still is None else _writable(still, ".png")
-    foresees = overlay == "danger"
-    watched = Watched(
-        house,
-        Family.of(epsilon),
-        caregiver,
-        seed,
-        episode,
-        embodiment=embodiment,
-        sight=sight,
-        task=task,
-        answers=answers,
-    )
-    filmed = watched.begin(foresees)
+    filmed = Episode(dataclasses.replace(spec, world="house"), overlay == "danger", answers)
     best: tuple[float, np.ndarray | None] = (math.inf, None)
+    fps, size = picture.fps, (picture.width, picture.height)
     count = max(1, round(seconds * fps))
     middle = round(min(seconds, filmed.env.task.time_limit) * fps) // 2
-    with contextlib.closing(filmed.env), progress_bar(quiet) as bar, film_writer(path, width, height, fps) as write:
+    with contextlib.closing(filmed.env), progress_bar(quiet) as bar, film_writer(path, *size, fps) as write:
         taken = bar.add_task("frames", total=count)
-        shots = studio(filmed, width, height, camera, round(_TRAIL_SECONDS * fps))
+        shots = studio(filmed, picture, round(_TRAIL_SECONDS * fps))
         for number in range(count):
             if not filmed.run_until(number / fps):
                 break
@@ -179,17 +164,6 @@ def render_episode(
     if still is not None:
         assert best[1] is not None  # a film has one frame at least
         Image.fromarray(best[1]).save(still)
-
-
-def _check_picture(width: int, height: int, fps: float, seconds: float) -> None:
-    for what, size, smallest, largest in zip(("width", "height"), (width, height), _SMALLEST, _LARGEST, strict=True):
-        if not isinstance(size, numbers.Integral) or size % 2 or not smallest <= size <= largest:
-            raise CaregiverError(f"{what} must be an even number of pixels from {smallest} to {largest}, got {size!r}")
-    check_number("fps", fps, 1, 120)
-    if not (isinstance(seconds, numbers.Real) and math.isfinite(seconds) and seconds > 0):
-        raise CaregiverError(f"seconds must be a positive number, got {seconds}")
-    if seconds > LONGEST:
-        raise CaregiverError(f"seconds must be at most {LONGEST:,}, a day, got {seconds:g}")
 
 
 @contextlib.contextmanager

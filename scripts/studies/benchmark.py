@@ -24,6 +24,7 @@ import pandas as pd
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.children.family import Family
+from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.experiments.workers import run_jobs
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.house.scene import child_joints
@@ -39,7 +40,7 @@ from caregiver_mj.tasks import load
 from caregiver_mj.viz import hud
 from caregiver_mj.viz.cameras import StillCamera
 from caregiver_mj.viz.episode import Episode
-from caregiver_mj.viz.film import DEFAULT_FPS, Studio, render_episode
+from caregiver_mj.viz.film import Picture, Studio, render_episode
 from study import Parser, tapes
 
 Row = dict[str, float]
@@ -303,9 +304,10 @@ def films(_seconds: float, repeats: int) -> Iterator[tuple[str, pd.DataFrame]]:
     figures = pd.DataFrame()
     with tempfile.TemporaryDirectory() as folder:
         for house in HOUSES[:3]:
-            film = functools.partial(render_episode, f"{folder}/film.mp4", house=house, seconds=repeats, quiet=True)
-            own = timed(parts, functools.partial(film, width=640, height=480), time.process_time)
-            figures[house] = pd.Series(own) * 1e3 / (repeats * DEFAULT_FPS)
+            spec, picture = EpisodeSpec(FloorPlan.load(house)), Picture(640, 480)
+            film = functools.partial(render_episode, f"{folder}/film.mp4", spec, seconds=repeats, picture=picture)
+            own = timed(parts, functools.partial(film, quiet=True), time.process_time)
+            figures[house] = pd.Series(own) * 1e3 / (repeats * picture.fps)
     figures.loc["all"] = figures.sum()
     yield "Films of 640 x 480: ms of the processor a frame, without its encoder's", figures
 

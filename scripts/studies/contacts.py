@@ -24,7 +24,7 @@ import pandas as pd
 
 from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments.settings import episode_random, episode_seed
+from caregiver_mj.experiments.spec import episode_random, episode_seed
 from caregiver_mj.experiments.workers import run_jobs
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.sensing import Sensing

@@ -25,7 +25,8 @@ from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.percept import Percept, bare_tables
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
-from caregiver_mj.experiments.settings import EPSILONS, episode_random
+from caregiver_mj.experiments.settings import EPSILONS
+from caregiver_mj.experiments.spec import episode_random
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.interventions.verb import BLOCK, RELOCATE
 from caregiver_mj.plans.floor_plan import FloorPlan

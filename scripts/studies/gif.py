@@ -11,9 +11,10 @@ from collections.abc import Iterator
 from PIL import Image
 
 from caregiver_mj.children.family import Family
+from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.viz.episode import Episode, Watched
-from caregiver_mj.viz.film import Studio
+from caregiver_mj.viz.episode import Episode
+from caregiver_mj.viz.film import Picture, Studio
 from study import Parser
 
 HOUSE = "house-6-13x9-rooms2-stairwells2-candles2-tables2-bins3"  # small, so that one sees what is going on
@@ -25,7 +26,7 @@ _TRAIL_SECONDS = 20.0
 def frames(episode: Episode, begin: float, end: float, width: int, height: int) -> Iterator[Image.Image]:
     """What happens from one moment to another, in seconds of the house."""
     step = SPEED / FRAMES_A_SECOND
-    studio = Studio(episode, width, height, "overview", round(_TRAIL_SECONDS / step))
+    studio = Studio(episode, Picture(width, height), round(_TRAIL_SECONDS / step))
     for number in range(round(begin / step), round(end / step)):
         if not episode.run_until(number * step):
             return
@@ -57,7 +58,7 @@ def run(options: argparse.Namespace) -> None:
     """Film, and write the picture."""
     family, plan = Family.parse(options.epsilon), FloorPlan.load(options.house)
     plan = dataclasses.replace(plan, name="-".join(plan.name.split("-")[:2]))  # there is no room for more
-    episode = Watched(plan, family, options.caregiver, options.seed).begin()
+    episode = Episode(EpisodeSpec(plan, family, options.caregiver, seed=options.seed))
     with contextlib.closing(episode.env):
         write(options.out, frames(episode, options.begin, options.end, options.width, options.height))
     print(options.out)

@@ -25,7 +25,7 @@ from caregiver_mj.children.tape import Tape
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import two_level
 from caregiver_mj.experiments.intervals import Estimate
-from caregiver_mj.experiments.settings import episode_seed, episode_tapes
+from caregiver_mj.experiments.spec import episode_seed, episode_tapes
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.cell_graph import ACTIONS, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -164,7 +164,8 @@ def live(job: Job) -> dict[str, Any]:
     for age in range(length):
         world = guarded if age < job.childhood else alone
         lesson = Lesson(world, learner)
-        totals = world.run(_tapes(job, age), lesson).totals()
+        world.observers = [lesson]
+        totals = world.run(_tapes(job, age)).totals()
         lesson.over()
         toys, damage = totals["toys_reached"], totals["damage"]
         coverage = totals["cells_visited"] / len(plan.free_cells)
@@ -187,7 +188,7 @@ class Lesson:
         self._damage = np.zeros(())
         self._moves: list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]] = []
 
-    def __call__(self) -> None:
+    def __call__(self, _: GridWorld) -> None:
         """Learns from the last move."""
         world, damage = self._world, self._world.ledger.damage
         move = world.previous_cell[:, 0], world.previous_action[:, 0], damage - self._damage, world.child_cell[:, 0]

@@ -7,6 +7,7 @@ import hashlib
 import http.server
 import io
 import json
+import math
 import multiprocessing
 import re
 import threading
@@ -19,15 +20,17 @@ import pytest
 from PIL import Image
 
 from caregiver_mj.caregivers import remote
+from caregiver_mj.caregivers import server as servers
 from caregiver_mj.caregivers.answers import kept, replayed
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.caregivers.registry import make_caregiver
-from caregiver_mj.caregivers.server import Budget, BudgetError
+from caregiver_mj.caregivers.server import Budget, BudgetError, Queries
 from caregiver_mj.cli import main
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.evaluation import evaluate
-from caregiver_mj.experiments.settings import Settings, episode_tapes
+from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.experiments.spec import episode_tapes
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.policy import CaregiverPolicy
@@ -158,8 +161,9 @@ def server(monkeypatch):
         thread.join()
 
 
-def rows(caregiver, house, families, episodes=1):
-    found = evaluate(Settings(FloorPlan.load(house), "grid", [caregiver], families, episodes)).episodes
+def rows(caregiver, house, families, folder=""):
+    queries = Queries(folder=str(folder))
+    found = evaluate(Settings(FloorPlan.load(house), "grid", [caregiver], families, 1, queries=queries)).episodes
     return found.drop(columns=["caregiver", "wall_seconds"])
 
 
@@ -188,11 +192,11 @@ def test_it_acts_in_the_house_as_the_rule_does(server):
     assert outcomes[0] == outcomes[1]
 
 
-def in_the_house(caregiver, seconds=12.0, sight="all", visuals=True):
+def in_the_house(caregiver, seconds=12.0, sight="all", visuals=True, **queries):
     """What comes of an episode, and what was answered in it."""
     env = load("supervise", "paper", 0.5, 4, {"time_limit": seconds}, visuals=visuals, sight=sight)
     if isinstance(caregiver, str):
-        caregiver = make_caregiver(caregiver, env.task.plan)
+        caregiver = make_caregiver(caregiver, env.task.plan, 0, Queries(**queries))
     policy = CaregiverPolicy(env, caregiver)
     with kept(policy.caregiver) as answers:
         timestep = env.reset()
@@ -210,14 +214,12 @@ def picture(text):
 
 
 @pytest.mark.parametrize("name", ["http", "chat"])
-def test_frames_change_nothing_but_what_is_sent(server, tmp_path, monkeypatch, name):
+def test_frames_change_nothing_but_what_is_sent(server, tmp_path, name):
     asks = f"{server.address}/judge" if name == "http" else "chat:some-model"
     without, _ = in_the_house(asks, visuals=False)
     assert not any("frames" in body or "image_url" in json.dumps(body) for _, body in server.asked)
     before = len(server.asked)
-    monkeypatch.setenv(remote.EXCHANGES, str(tmp_path))
-    monkeypatch.setenv(remote.FRAMES, "1")
-    with_them, answers = in_the_house(asks)
+    with_them, answers = in_the_house(asks, frames=True, folder=str(tmp_path))
     assert with_them == without
     assert len(server.asked) == 2 * before > 8
     sent = []
@@ -251,18 +253,15 @@ def test_frames_change_nothing_but_what_is_sent(server, tmp_path, monkeypatch, n
 
 
 @pytest.mark.parametrize("sight", ["walls", "camera", "rooms:2"])
-def test_who_does_not_see_everything_gets_no_view_from_above(server, monkeypatch, sight):
-    monkeypatch.setenv(remote.FRAMES, "1")
-    in_the_house(f"{server.address}/judge", 3.0, sight)
+def test_who_does_not_see_everything_gets_no_view_from_above(server, sight):
+    in_the_house(f"{server.address}/judge", 3.0, sight, frames=True)
     assert {tuple(body["frames"]) for _, body in server.asked} == {("eye",)}
 
 
 def test_nothing_is_drawn_once_the_budget_is_used_up(server, tmp_path, monkeypatch):
     drawn, png = [], remote._png
     monkeypatch.setattr(remote, "_png", lambda image: drawn.append(image) or png(image))
-    for name, value in ((remote.FRAMES, "1"), (remote.MOST_CALLS, "1"), (remote.EXCHANGES, str(tmp_path))):
-        monkeypatch.setenv(name, value)
-    in_the_house(f"{server.address}/judge", 5.0)
+    in_the_house(f"{server.address}/judge", 5.0, frames=True, max_calls=1, folder=str(tmp_path))
     lines = [json.loads(line) for line in next(tmp_path.glob("*.jsonl")).open()]
     assert len(lines) > 3
     assert ["frames" in line["question"] for line in lines] == [True] + [False] * (len(lines) - 1)
@@ -282,23 +281,20 @@ def test_each_run_in_one_process_asks_its_own_server(monkeypatch):
     plan, found = FloorPlan.load("paper"), []
     for key, base_url in (("one", "http://127.0.0.1:1/v1"), ("two", "http://127.0.0.1:2/v1")):
         monkeypatch.setenv("OPENAI_API_KEY", key)
-        monkeypatch.setenv(remote.PATIENCE, "5" if key == "one" else "6")
-        with remote.asking(base_url=base_url):
-            server = make_caregiver("chat:none", plan).server()
+        queries = Queries(base_url, patience=5.0 if key == "one" else 6.0)
+        server = make_caregiver("chat:none", plan, 0, queries).server()
         found.append((server.address, server.timeout.connect))  # of two attempts
     assert found == [("http://127.0.0.1:1/v1", pytest.approx(5 / 3)), ("http://127.0.0.1:2/v1", pytest.approx(2.0))]
 
 
-def test_frames_are_refused_where_there_is_no_camera(server, tmp_path, monkeypatch, capsys):
+def test_frames_are_refused_where_there_is_no_camera(server, tmp_path, capsys):
     command = ["evaluate", "--world", "grid", "--caregiver", "none", server.address, "--frames"]
     assert main([*command, "--out", str(tmp_path / "run")]) != 0
     assert f"world must be house for '{server.address}' with frames" in capsys.readouterr().err
     assert not (tmp_path / "run").exists()
-    monkeypatch.setenv(remote.FRAMES, "1")
+    plan = FloorPlan.load("paper")
     with pytest.raises(CaregiverError, match="must be left out where there are no cameras"):
-        GridWorld(FloorPlan.load("paper"), 0.5, make_caregiver(server.address, FloorPlan.load("paper"))).run(
-            [episode_tapes(1, 1)]
-        )
+        GridWorld(plan, 0.5, make_caregiver(server.address, plan, 0, Queries(frames=True))).run([episode_tapes(1, 1)])
     assert not server.asked
 
 
@@ -318,7 +314,7 @@ def test_a_run_is_not_continued_with_another_way_of_asking(server, tmp_path, cap
     assert main([*command, asks, *folder, "--max-calls", "3"]) == 0
     assert main([*command, asks, *folder, "--max-calls", "3", *other, "--resume"]) == 2
     (line,) = capsys.readouterr().err.splitlines()[-1:]
-    assert f"caregiver {asks} has changed, from asked with {remote.MOST_CALLS}=3 to asked with" in line
+    assert "holds a run of other settings: queries is {" in line
     assert len(server.asked) == 3
 
 
@@ -329,17 +325,36 @@ def test_a_model_is_asked_no_more_once_its_tokens_are_used_up(server, capsys):
     assert "x the budget of 250 tokens is used up" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("name", [remote.MOST_CALLS, remote.MOST_TOKENS, remote.PATIENCE])
-@pytest.mark.parametrize("value", ["soon", "-1", "nan"])
-def test_what_the_environment_says_must_be_a_number(name, value, monkeypatch):
-    monkeypatch.setenv(name, value)
-    with pytest.raises(CaregiverError, match=f"{name} must be a number of at least 0.*, got '{value}'"):
-        make_caregiver("http://127.0.0.1:1", FloorPlan.load("paper"))
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"max_calls": -1}, "max_calls must be an integer of at least 0, got -1"),
+        ({"max_tokens": 0.5}, "max_tokens must be an integer of at least 0, got 0.5"),
+        ({"patience": math.nan}, "patience, in seconds, must be in 0 to 8.64e.04, got nan"),
+        ({"patience": math.inf}, "patience, in seconds, must be in 0 to 8.64e.04, got inf"),
+        ({"patience": "soon"}, "patience, in seconds, must be in 0 to 8.64e.04, got 'soon'"),
+        ({"thinking": "fast"}, "thinking must be waits or real-time, got 'fast'"),
+        ({"frames": 1}, "frames must be a bool, got 1"),
+    ],
+)
+def test_queries_that_cannot_be_are_refused(wrong, words):
+    with pytest.raises(CaregiverError, match=words):
+        make_caregiver("http://127.0.0.1:1", FloorPlan.load("paper"), 0, Queries(**wrong))
+
+
+def test_the_environment_says_nothing_but_keys_and_where_models_are(monkeypatch):
+    for name in ("MAX_CALLS", "MAX_TOKENS", "PATIENCE", "THINKING", "FRAMES", "EXCHANGES"):
+        monkeypatch.setenv(f"CAREGIVER_MJ_{name}", "1")
+    monkeypatch.setenv("OPENAI_BASE_URL", "http://127.0.0.1:1/v1")
+    plan = FloorPlan.load("paper")
+    assert make_caregiver("http://127.0.0.1:1", plan).queries == Queries()
+    assert make_caregiver("chat:m", plan).queries == Queries("http://127.0.0.1:1/v1")
+    assert Settings(plan, caregivers="chat:m").queries == Queries("http://127.0.0.1:1/v1")
+    assert Settings(plan, caregivers="nearest", queries=Queries(max_calls=3)).queries == Queries()
 
 
 @pytest.mark.parametrize(("thinking", "first"), [("waits", 0), ("real-time", 2)])
 def test_slow_thinking_in_real_time_comes_late(monkeypatch, thinking, first):
-    monkeypatch.setenv(remote.THINKING, thinking)
     now = [0.0]
     monkeypatch.setattr(remote.time, "time", lambda: now[0])
     asked = []
@@ -351,7 +366,7 @@ def test_slow_thinking_in_real_time_comes_late(monkeypatch, thinking, first):
 
     monkeypatch.setattr(remote.HttpCaregiver, "send", slow)
     plan = FloorPlan.load("paper")
-    caregiver = make_caregiver("http://127.0.0.1:9", plan)
+    caregiver = make_caregiver("http://127.0.0.1:9", plan, 0, Queries(thinking=thinking))
     world = GridWorld(plan, 0.5, caregiver)
     world.reset([episode_tapes(1, 1)])
     world.move_children()
@@ -366,16 +381,9 @@ def test_slow_thinking_in_real_time_comes_late(monkeypatch, thinking, first):
     assert len(asked) == 2  # in real time the second time only after the first answer has come
 
 
-def test_thinking_must_be_one_of_two(monkeypatch):
-    monkeypatch.setenv(remote.THINKING, "fast")
-    with pytest.raises(CaregiverError, match="CAREGIVER_MJ_THINKING must be waits or real-time, got 'fast'"):
-        make_caregiver("http://127.0.0.1:1", FloorPlan.load("paper"))
-
-
 def test_the_example_answers_every_question(server, tmp_path, monkeypatch):
-    monkeypatch.setenv(remote.EXCHANGES, str(tmp_path))
     monkeypatch.setattr(server.RequestHandlerClass, "model", SimpleNamespace(answer=http_caregiver.decide))
-    rows(f"{server.address}/judge", "home-8", [0.5])
+    rows(f"{server.address}/judge", "home-8", [0.5], tmp_path)
     exchanges = [json.loads(line) for file in tmp_path.glob("*.jsonl") for line in file.open()]
     assert {exchange["abstention"] for exchange in exchanges} == {None}
     assert len({exchange["answer"]["target"] for exchange in exchanges}) > 2
@@ -386,13 +394,12 @@ def test_the_example_answers_every_question(server, tmp_path, monkeypatch):
 def test_whatever_else_comes_is_an_abstention(server, tmp_path, monkeypatch, fault, name):
     if name == "http" and fault in IN_A_CHAT:
         pytest.skip("an answer of a chat")
-    monkeypatch.setenv(remote.EXCHANGES, str(tmp_path))
-    monkeypatch.setenv(remote.PATIENCE, "0.3")
     monkeypatch.setenv("OPENAI_API_KEY", "secret")
     address = f"{server.address}/{fault.replace(' ', '%20')}"
     monkeypatch.setenv("OPENAI_BASE_URL", address)
     plan = FloorPlan.load("paper")
-    caregiver = make_caregiver(address if name == "http" else "chat:m", plan)
+    queries = Queries(patience=0.3, folder=str(tmp_path))
+    caregiver = make_caregiver(address if name == "http" else "chat:m", plan, 0, queries)
     world = GridWorld(plan, 0.5, caregiver)
     world.reset([episode_tapes(1, 1)])
     world.move_children()
@@ -407,11 +414,10 @@ def test_whatever_else_comes_is_an_abstention(server, tmp_path, monkeypatch, fau
 # -- What strangers' servers, and addresses, cost ------------------------------------------------------------
 
 
-def asked_once(address, tmp_path, monkeypatch, patience="0.5"):
+def asked_once(address, tmp_path, patience=0.5, **queries):
     """Asks a question: the exchange, and the seconds that it took."""
-    monkeypatch.setenv(remote.EXCHANGES, str(tmp_path / "exchanges"))
-    monkeypatch.setenv(remote.PATIENCE, patience)
-    caregiver = make_caregiver(address, FloorPlan.load("paper"))
+    queries = Queries(patience=patience, folder=str(tmp_path / "exchanges"), **queries)
+    caregiver = make_caregiver(address, FloorPlan.load("paper"), 0, queries)
     world = GridWorld(FloorPlan.load("paper"), 0.5, caregiver)
     world.reset([episode_tapes(1, 1)])
     world.move_children()
@@ -444,7 +450,7 @@ def test_one_deadline_covers_headers_and_waits(server, tmp_path, monkeypatch, na
     fault(monkeypatch, slow)
     monkeypatch.setenv("OPENAI_BASE_URL", f"{server.address}/fault")
     address = f"{server.address}/fault" if name == "http" else "chat:m"
-    exchange, seconds = asked_once(address, tmp_path, monkeypatch)
+    exchange, seconds = asked_once(address, tmp_path)
     assert exchange["abstention"]
     assert seconds < 2.0
 
@@ -460,7 +466,7 @@ def test_a_compressed_answer_is_refused_before_it_is_unpacked(server, tmp_path, 
     fault(monkeypatch, act)
     monkeypatch.setenv("OPENAI_BASE_URL", f"{server.address}/fault")
     address = f"{server.address}/fault" if name == "http" else "chat:m"
-    exchange, _ = asked_once(address, tmp_path, monkeypatch, "5")
+    exchange, _ = asked_once(address, tmp_path, 5.0)
     assert exchange["abstention"]
     assert server.asked[0][0]["Accept-Encoding"] == "identity"
 
@@ -468,8 +474,7 @@ def test_a_compressed_answer_is_refused_before_it_is_unpacked(server, tmp_path, 
 def test_requests_of_a_client_are_counted_over_resume(server, tmp_path, monkeypatch):
     fault(monkeypatch, lambda handler: handler.say(b"{}", status=500))
     for most, sent in ((1, 1), (2, 2), (2, 2)):  # with an attempt more than one each
-        with remote.asking(tmp_path, f"{server.address}/fault", most):
-            asked_once("chat:m", tmp_path, monkeypatch, "5")
+        asked_once("chat:m", tmp_path, 5.0, base_url=f"{server.address}/fault", max_calls=most)
         assert len(server.asked) == sent
 
 
@@ -524,18 +529,12 @@ def test_what_is_no_address_is_refused_in_a_line(address):
         make_caregiver(address, FloorPlan.load("paper"))
 
 
-def test_patience_has_an_end(monkeypatch):
-    monkeypatch.setenv(remote.PATIENCE, "inf")
-    with pytest.raises(CaregiverError, match="at most 86400, got 'inf'"):
-        make_caregiver("http://127.0.0.1:1", FloorPlan.load("paper"))
-
-
 @pytest.mark.parametrize("echo", ["sk-hidden-key", "sk-\\u0068idden-key"])
 @pytest.mark.parametrize("place", ['{"target": "%s"}', '{"target": null, "%s": ["%s"]}', "%s"])
 def test_a_key_that_a_server_echoes_is_not_kept(server, tmp_path, monkeypatch, echo, place):
-    monkeypatch.setenv(remote.API_KEY, "sk-hidden-key")
+    monkeypatch.setenv(servers.API_KEY, "sk-hidden-key")
     fault(monkeypatch, lambda handler: handler.say(place.replace("%s", echo).encode()))
-    exchange, _ = asked_once(f"{server.address}/fault", tmp_path, monkeypatch, "5")
+    exchange, _ = asked_once(f"{server.address}/fault", tmp_path, 5.0)
     assert server.asked[0][0]["Authorization"] == "Bearer sk-hidden-key"
     assert "hidden-key" not in json.dumps(exchange)
     assert "idden-key" not in json.dumps(exchange)
@@ -555,9 +554,9 @@ def test_a_proxy_of_the_environment_is_used_but_not_to_this_machine(server, tmp_
     for name in ("NO_PROXY", "no_proxy", "http_proxy"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("HTTP_PROXY", "http://127.0.0.1:9")  # where nobody is
-    assert asked_once(f"{server.address}/no%20target", tmp_path, monkeypatch, "5")[0]["answer"] == {"reason": "none"}
+    assert asked_once(f"{server.address}/no%20target", tmp_path, 5.0)[0]["answer"] == {"reason": "none"}
     monkeypatch.setenv("HTTP_PROXY", server.address)
-    exchange, _ = asked_once("http://robot.invalid/judge", tmp_path, monkeypatch, "5")
+    exchange, _ = asked_once("http://robot.invalid/judge", tmp_path, 5.0)
     assert exchange["abstention"] is None
     monkeypatch.setenv("HTTP_PROXY", "gopher://x")
     with pytest.raises(CaregiverError, match="proxies of the environment"):
@@ -594,10 +593,8 @@ def test_changed_answers_are_read_or_abstentions(server, tmp_path, monkeypatch, 
         return b"".join(found)
 
     fault(monkeypatch, lambda handler: handler.say(changed()))
-    monkeypatch.setenv("OPENAI_BASE_URL", f"{server.address}/fault")
-    monkeypatch.setenv(remote.EXCHANGES, str(tmp_path))
-    plan = FloorPlan.load("paper")
-    caregiver = make_caregiver(f"{server.address}/fault" if name == "http" else "chat:m", plan)
+    plan, queries = FloorPlan.load("paper"), Queries(f"{server.address}/fault", folder=str(tmp_path))
+    caregiver = make_caregiver(f"{server.address}/fault" if name == "http" else "chat:m", plan, 0, queries)
     for _ in range(count):
         world = GridWorld(plan, 0.5, caregiver)
         world.reset([episode_tapes(1, 1)])

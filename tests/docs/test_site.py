@@ -15,7 +15,7 @@ from PIL import Image
 
 from caregiver_mj.caregivers.registry import CAREGIVERS, PLAYERS
 from caregiver_mj.children.family import CHILDREN
-from caregiver_mj.experiments.settings import FLOOR
+from caregiver_mj.experiments.spec import FLOOR
 from caregiver_mj.interventions.verb import VERBS
 from caregiver_mj.plans.sets import house_set
 from caregiver_mj.tasks import TASKS

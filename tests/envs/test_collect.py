@@ -5,24 +5,24 @@ import dataclasses
 import numpy as np
 import pytest
 
-from caregiver_mj.children.family import Family
-from caregiver_mj.envs.recipe import RANDOM, Recipe, collect
+from caregiver_mj.envs.recipe import RANDOM, Recording, collect
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.evaluation import evaluate
-from caregiver_mj.experiments.settings import Settings, episode_seed
+from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.recording.steps import Store
-from caregiver_mj.viz.episode import Watched
+from caregiver_mj.viz.episode import Episode
 
 PAPER = FloorPlan.load("paper")
-GRID = Recipe("targets", PAPER, Family.of(1.0), world="grid")
-SHORT = Recipe("supervise", PAPER, Family.of(0.5), seconds=1.0)
+GRID = EpisodeSpec(PAPER, 1.0, world="grid", seed=4, task="targets")
+SHORT = EpisodeSpec(PAPER, 0.5, seed=3, task_kwargs={"time_limit": 1.0})
 
 
-def run(recipe, path, seed=3):
+def run(spec, path, **recorded):
     store = Store(path)
-    collect(recipe, store.path, (0, seed))
+    collect(Recording(spec, **recorded), store.path, 0)
     return store.load(0)
 
 
@@ -30,7 +30,7 @@ def run(recipe, path, seed=3):
 def test_an_episode_is_that_of_an_evaluation(tmp_path):
     settings = Settings(PAPER, "house", ("paper",), (1.0,), 1, seed=4)
     (row,) = evaluate(settings).episodes.to_dict("records")
-    found = run(Recipe("supervise", PAPER, Family.of(1.0), seed=4), tmp_path, episode_seed(4, 0))
+    found = run(EpisodeSpec(PAPER, 1.0, seed=4), tmp_path)
     assert found.seed == row["seed"]
     assert {key: found.outcome[key] for key in ("damage", "interventions", "strikes", "toys_reached")} == {
         key: row[key] for key in ("damage", "interventions", "strikes", "toys_reached")
@@ -66,7 +66,7 @@ def test_caregivers_choose_targets_in_the_grid(tmp_path):
 def test_who_does_more_than_choose_targets(name, own):
     words = f"caregiver must do no more than choose targets, got '{name}', which has its own {own}$"
     with pytest.raises(CaregiverError, match=words):
-        dataclasses.replace(GRID, caregiver=name).spaces()
+        Recording(dataclasses.replace(GRID, caregiver=name)).spaces()
 
 
 @pytest.mark.parametrize(
@@ -74,20 +74,25 @@ def test_who_does_more_than_choose_targets(name, own):
     [
         ({"world": "grid"}, "task must be targets in the grid, got 'supervise'"),
         ({"world": "grid", "task": "targets"}, "cameras and seconds must be left out in the grid"),
-        ({"cameras": ("overview", "overview")}, "cameras must be different"),
+        ({"task": "targets"}, "seconds must be left out with targets"),
         ({"caregiver": "none"}, "caregiver must be one that acts, got 'none'"),
-        ({"task": "targets", "seconds": None, "caregiver": "knows-goal"}, "needs privileged information"),
+        ({"task": "targets", "task_kwargs": {}, "caregiver": "knows-goal"}, "needs privileged information"),
     ],
 )
 def test_what_cannot_be_recorded(changes, message):
     with pytest.raises(CaregiverError, match=message):
-        dataclasses.replace(SHORT, **changes).spaces()
+        Recording(dataclasses.replace(SHORT, **changes)).spaces()
+
+
+def test_a_camera_records_once():
+    with pytest.raises(CaregiverError, match="cameras must be different"):
+        Recording(SHORT, ("overview", "overview")).check()
 
 
 def test_answers_are_given_again_in_the_place_of_the_caregiver(tmp_path):
-    played = Watched(PAPER, Family.of(0.5), "nearest", seed=3, number=None).begin()
+    played = Episode(EpisodeSpec(PAPER, 0.5, "nearest", seed=3))
     assert played.run_until(1.5)
     asked = run(dataclasses.replace(SHORT, caregiver="nearest"), tmp_path / "asked")
-    given = run(dataclasses.replace(SHORT, caregiver="person", answers=(played.answers(),)), tmp_path / "given")
+    given = run(dataclasses.replace(SHORT, caregiver="person"), tmp_path / "given", answers=(played.answers(),))
     np.testing.assert_array_equal(given.actions, asked.actions)
     assert set(given.interventions) == set(asked.interventions) != {NOTHING}

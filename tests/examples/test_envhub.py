@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from caregiver_mj import cli
-from caregiver_mj.experiments.settings import episode_seed
+from caregiver_mj.experiments.spec import episode_seed
 
 HOUSE = "house-25-12x10"
 # As LeRobot loads a file of its hub: no other module can import it.

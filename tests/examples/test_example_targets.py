@@ -9,7 +9,8 @@ from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.children.family import Family, side_by_side
 from caregiver_mj.envs.houses_vector import GridHousesVector
-from caregiver_mj.experiments.settings import EPSILONS, episode_seed
+from caregiver_mj.experiments.settings import EPSILONS
+from caregiver_mj.experiments.spec import episode_seed
 from caregiver_mj.grid.world import run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
 

@@ -13,7 +13,7 @@ from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.danger.child_model import child_chain
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments.settings import episode_tapes
+from caregiver_mj.experiments.spec import episode_tapes
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 

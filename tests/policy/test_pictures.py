@@ -5,14 +5,14 @@ import pytest
 
 import caregiver_mj
 from caregiver_mj.caregivers.paper import PaperCaregiver
-from caregiver_mj.children.family import Family
-from caregiver_mj.envs.recipe import Recipe, prepared
+from caregiver_mj.envs.recipe import Recording, prepared
 from caregiver_mj.errors import RenderingError
 from caregiver_mj.experiments.evaluation import evaluate
-from caregiver_mj.experiments.settings import Settings, episode_seed
+from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.experiments.spec import EpisodeSpec, episode_seed
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.viz.episode import Watched
-from caregiver_mj.viz.film import Studio, render_episode
+from caregiver_mj.viz.episode import Episode
+from caregiver_mj.viz.film import Picture, Studio, render_episode
 
 TINY = FloorPlan.parse("######\n#B.S.#\n#....#\n#C..T#\n######", "tiny")
 HERE = __name__
@@ -48,11 +48,12 @@ def pictures():
 def test_a_policy_sees_the_same_in_evaluate_record_and_render(pictures, tmp_path):
     for picture in pictures:
         assert picture.std() > 10  # the sky alone has less
-    env, actor = prepared(Recipe("supervise", TINY, Family.of(1.0), f"{HERE}:Seeing"))
+    spec = EpisodeSpec(TINY, 1.0, f"{HERE}:Seeing")
+    env, actor = prepared(Recording(spec))
     env.reset(seed=episode_seed(0, 0))
     actor.begin(0)
     actor.act()
-    render_episode(tmp_path / "film.mp4", house=TINY, epsilon=1.0, caregiver=f"{HERE}:Seeing", seconds=0.1, quiet=True)
+    render_episode(tmp_path / "film.mp4", spec, seconds=0.1, quiet=True)
     recorded, filmed = seen
     for mine, others, also in zip(pictures, recorded, filmed, strict=True):
         np.testing.assert_array_equal(mine, others)
@@ -67,11 +68,11 @@ class Looking(PaperCaregiver):
 
 @pytest.mark.parametrize("who", ["Seeing", "Looking"])
 def test_it_sees_the_same_while_it_is_filmed(who):
-    episode = Watched(TINY, Family.of(1.0), f"{HERE}:{who}").begin()
+    episode = Episode(EpisodeSpec(TINY, 1.0, f"{HERE}:{who}"))
     pictures = []
     for _ in range(2):
         pictures.append(episode.env.physics.render(240, 320, camera_id="overview").copy())
-        Studio(episode, 320, 240, "overview", 1).frame()
+        Studio(episode, Picture(320, 240), 1).frame()
     np.testing.assert_array_equal(*pictures)
 
 

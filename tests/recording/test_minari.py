@@ -5,24 +5,24 @@ import minari
 import numpy as np
 import pytest
 
-from caregiver_mj.children.family import Family
-from caregiver_mj.envs.recipe import Recipe, collect
+from caregiver_mj.envs.recipe import Recording, collect
+from caregiver_mj.experiments.spec import EpisodeSpec, episode_seed
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.recording.minari_dataset import write_minari
 from caregiver_mj.recording.steps import Store
 
 NAME = "toddlers/short-v0"
-SEEDS = (11, 12)
+SEEDS = (episode_seed(0, 0), episode_seed(0, 1))
 HOME = "home-2-10x9-rooms1-stairwells0-candles0-tables2-bins2-gates1-mugs1-batteries1"
-RECIPE = Recipe("supervise", FloorPlan.load(HOME), Family.of(0.5), seconds=1.0, cameras=("wrist",), size=(64, 48))
+RECORDING = Recording(EpisodeSpec(HOME, 0.5, task_kwargs={"time_limit": 1.0}), ("wrist",), (64, 48))
 
 
 @pytest.fixture(scope="module")
 def store(tmp_path_factory):
     store = Store(tmp_path_factory.mktemp("recorded") / "store")
-    for which in enumerate(SEEDS):
-        collect(RECIPE, store.path, which)
+    for number in range(2):
+        collect(RECORDING, store.path, number)
     return store
 
 
@@ -30,7 +30,7 @@ def store(tmp_path_factory):
 def root(store, tmp_path_factory):
     root = tmp_path_factory.mktemp("minari")
     episodes = (store.load(i) for i in range(len(SEEDS)))
-    write_minari(root, NAME, episodes, RECIPE.about(), RECIPE.spaces(), RECIPE.spec(HOME))
+    write_minari(root, NAME, episodes, RECORDING.about(), RECORDING.spaces(), RECORDING.env_spec(HOME))
     return root
 
 
@@ -78,15 +78,17 @@ def test_its_environment_gives_the_same_episode_again(dataset):
 
 def test_in_the_grid_actions_are_discrete_and_its_environment_has_the_same_damage(tmp_path, monkeypatch):
     plan = FloorPlan.load("paper", damage=DamageWeights(9.0, 4.0, 1.0))
-    recipe = Recipe("targets", plan, Family.of(0.5), "random-actions", world="grid")
+    recording = Recording(EpisodeSpec(plan, 0.5, "random-actions", world="grid", task="targets"))
     store = Store(tmp_path / "store")
-    collect(recipe, store.path, (0, 5))
-    write_minari(tmp_path, "dear-v0", [store.load(0)], recipe.about(), recipe.spaces(), recipe.spec("paper"))
+    collect(recording, store.path, 0)
+    write_minari(
+        tmp_path, "dear-v0", [store.load(0)], recording.about(), recording.spaces(), recording.env_spec("paper")
+    )
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
     dataset = minari.load_dataset("dear-v0")
     env = dataset.recover_environment()
     assert env.unwrapped.world.world.plan == plan
-    env.reset(seed=5)
+    env.reset(seed=episode_seed(0, 0))
     (episode,) = dataset
     np.testing.assert_array_equal([env.step(action)[1] for action in episode.actions], episode.rewards)
     assert len(episode) == 200

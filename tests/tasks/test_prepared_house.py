@@ -7,7 +7,7 @@ from scripted_child import SOUTH, STAY, Scripted
 import caregiver_mj
 from caregiver_mj.caregivers import make_caregiver
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments.settings import episode_tapes
+from caregiver_mj.experiments.spec import episode_tapes
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan

@@ -2,15 +2,15 @@
 
 import pytest
 
-from caregiver_mj.children.family import Family
+from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.house.rendering import engine
 from caregiver_mj.viz.cameras import StillCamera
-from caregiver_mj.viz.episode import Watched
+from caregiver_mj.viz.episode import Episode
 
 
 @pytest.fixture
 def episode():
-    return Watched(family=Family.of(1.0), number=None, caregiver="none").begin()
+    return Episode(EpisodeSpec("paper", 1.0, "none", None))
 
 
 def test_redrawn_part_equals_the_whole_picture_drawn_anew(episode):

@@ -1,5 +1,6 @@
 """Episodes to film: those of a run, and what the display is told of them."""
 
+import dataclasses
 import functools
 
 import numpy as np
@@ -7,15 +8,16 @@ import pandas as pd
 import pytest
 
 from caregiver_mj import cli
-from caregiver_mj.children.family import Family
+from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.recording.record import COLUMNS
 from caregiver_mj.viz import film
-from caregiver_mj.viz.episode import Episode, Watched
-from caregiver_mj.viz.film import render_episode
+from caregiver_mj.viz.episode import Episode
+from caregiver_mj.viz.film import Picture, render_episode
 
 PLAN = "########\n#B..S..#\n#......#\n#.C..T.#\n#...B..#\n########"
 SEED = 3
 FAMILY = "1,0.25"
+SMALL = Picture(320, 240, 1.0)
 
 
 @pytest.fixture(scope="module")
@@ -53,9 +55,9 @@ class Blank:
 
     seen: Episode
 
-    def __init__(self, episode, width, height, camera, trail_length):
+    def __init__(self, episode, picture, trail_length):
         Blank.seen = episode
-        self._frame = np.zeros((height, width, 3), np.uint8)
+        self._frame = np.zeros((picture.height, picture.width, 3), np.uint8)
 
     def frame(self):
         return self._frame
@@ -63,9 +65,8 @@ class Blank:
 
 @pytest.mark.slow
 def test_any_episode_of_a_run_can_be_filmed_and_is_that_of_the_run(house, rows, tmp_path):
-    settings = {"house": house, "epsilon": FAMILY, "caregiver": "random", "seed": SEED, "episode": 1}
-    small = {"width": 320, "height": 240, "fps": 1.0, "seconds": 400.0, "quiet": True}
-    render_episode(tmp_path / "film.mp4", **settings, **small, studio=Blank)
+    spec = EpisodeSpec(house, FAMILY, "random", 1, seed=SEED)
+    render_episode(tmp_path / "film.mp4", spec, seconds=400.0, picture=SMALL, quiet=True, studio=Blank)
     assert rows.damage[1] > 0
     assert rows.interventions[1] > 0
     assert_is_row(Blank.seen, rows.loc[1])
@@ -75,11 +76,12 @@ def test_any_episode_of_a_run_can_be_filmed_and_is_that_of_the_run(house, rows, 
 
 
 def test_answers_that_were_kept_are_filmed_in_their_caregivers_place(house, tmp_path):
-    settings = {"house": house, "epsilon": FAMILY, "seed": SEED}
-    small = {"width": 320, "height": 240, "fps": 1.0, "seconds": 10.0, "quiet": True, "studio": Blank}
-    render_episode(tmp_path / "asked.mp4", caregiver="random", **settings, **small)
+    spec = EpisodeSpec(house, FAMILY, "random", seed=SEED)
+    small = {"picture": SMALL, "seconds": 10.0, "quiet": True, "studio": Blank}
+    render_episode(tmp_path / "asked.mp4", spec, **small)
     asked = Blank.seen
-    render_episode(tmp_path / "given.mp4", caregiver="person", answers=asked.answers(), **settings, **small)
+    person = dataclasses.replace(spec, caregiver="person")
+    render_episode(tmp_path / "given.mp4", person, answers=asked.answers(), **small)
     given = Blank.seen
     assert measured(given) == measured(asked)
     assert measured(given)["interventions"] > 0
@@ -93,7 +95,9 @@ def test_a_film_by_answers_is_of_an_episode_of_their_run(house, tmp_path, monkey
     assert cli.main(["evaluate", *made, "--caregiver", "nearest", "--episodes", "2", "--out", str(run)]) == 0
     row = pd.read_parquet(run / "episodes.parquet").set_index("episode").loc[1]
     assert row.damage > 0
-    monkeypatch.setattr(film, "render_episode", functools.partial(render_episode, studio=Blank, fps=1.0, quiet=True))
+    monkeypatch.setattr(
+        film, "render_episode", functools.partial(render_episode, studio=Blank, picture=SMALL, quiet=True)
+    )
     command = ["render", "--answers", str(run), "--caregiver", "nearest", "--episode", "1", "--seconds", "400"]
     assert cli.main([*command, "--task", "block_stairs", "--out", str(tmp_path / "film.mp4")]) == 0
     assert_is_row(Blank.seen, row)
@@ -102,7 +106,7 @@ def test_a_film_by_answers_is_of_an_episode_of_their_run(house, tmp_path, monkey
 
 
 def test_the_display_is_told_of_each_child(house):
-    episode = Watched(house, Family.parse("1,0.25"), "paper", SEED).begin()
+    episode = Episode(EpisodeSpec(house, FAMILY, "paper", seed=SEED))
     for second in range(1, 21):
         assert episode.run_until(second)
     shown, outcome = episode.hud_state(trail_length=5), episode.env.task.outcome()

@@ -6,15 +6,17 @@ import numpy as np
 import pytest
 
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.viz import hud
 from caregiver_mj.viz.colours import GROUND
-from caregiver_mj.viz.film import render_episode
+from caregiver_mj.viz.film import Picture, render_episode
 
-SMALL = {"width": 320, "height": 240, "fps": 10.0, "quiet": True}
+SMALL = Picture(320, 240, 10.0)
 
 
-def film(path, **settings):
-    render_episode(path, **{**SMALL, "seconds": 1.5, "caregiver": "none", **settings})
+def film(path, seconds=1.5, still=None, picture=SMALL, **fields):
+    spec = EpisodeSpec("paper", **{"caregiver": "none", **fields})
+    render_episode(path, spec, seconds=seconds, picture=picture, still=still, quiet=True)
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +60,9 @@ def test_film_shows_house_and_display_and_the_still_is_its_middle(short_film):
 @pytest.mark.slow
 def test_the_still_is_from_the_middle_of_a_film_that_ends_before_it_was_to(tmp_path):
     path, still = tmp_path / "film.mp4", tmp_path / "still.png"
-    film(path, task="block_stairs", caregiver="expected-danger", seconds=300, fps=1.0, still=still)
+    film(
+        path, task="block_stairs", caregiver="expected-danger", seconds=300, picture=Picture(320, 240, 1.0), still=still
+    )
     frames = iio.imread(path, plugin="FFMPEG").astype(int)
     assert len(frames) in (60, 61)  # seconds of an episode of this task
     nearest = np.abs(frames - iio.imread(still)).mean(axis=(1, 2, 3)).argmin()
@@ -70,10 +74,10 @@ def test_the_still_is_from_the_middle_of_a_film_that_ends_before_it_was_to(tmp_p
     [
         ("film.avi", {}, "must be called FILE.mp4"),
         ("film.mp4", {"still": "still.jpg"}, "must be called FILE.png"),
-        ("film.mp4", {"width": 321}, "width must be an even number"),
-        ("film.mp4", {"fps": 0.0}, "fps must be in"),
+        ("film.mp4", {"picture": Picture(321)}, "width must be an even number"),
+        ("film.mp4", {"picture": Picture(fps=0.0)}, "fps must be in"),
         ("film.mp4", {"seconds": float("nan")}, "seconds must be a positive"),
-        ("film.mp4", {"camera": "nowhere"}, "no camera 'nowhere': there are follow, overview"),
+        ("film.mp4", {"picture": Picture(camera="nowhere")}, "no camera 'nowhere': there are follow, overview"),
         ("film.mp4", {"episode": -1}, "episode must be an integer of at least 0, got -1"),
     ],
 )

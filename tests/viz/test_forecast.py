@@ -5,11 +5,12 @@ import pytest
 from test_hud import DARK, PLAN, changed, frame, spread, state
 
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.tasks import load
 from caregiver_mj.viz import colours, hud
 from caregiver_mj.viz.cameras import TileLayer
-from caregiver_mj.viz.episode import Watched
-from caregiver_mj.viz.film import Studio, render_episode
+from caregiver_mj.viz.episode import Episode
+from caregiver_mj.viz.film import Picture, Studio, render_episode
 from caregiver_mj.viz.forecast import LEAST, Forecast, Tile
 
 HOUSE = "########\n#B..S..#\n#......#\n#.C..T.#\n#...B..#\n########"
@@ -94,9 +95,9 @@ def test_tiles_blend_and_are_hidden(physics):
 
 def test_a_film_shows_what_the_caregiver_believes(house):
     def picture(foresees):
-        episode = Watched(house, seed=3, caregiver="foresight").begin(foresees)
+        episode = Episode(EpisodeSpec(house, caregiver="foresight", seed=3), foresees)
         assert episode.run_until(4.0)
-        return episode, Studio(episode, 480, 360, "overview", 10).frame()
+        return episode, Studio(episode, Picture(480, 360), 10).frame()
 
     (_, plain), (episode, shown) = picture(False), picture(True)
     assert changed(plain, shown)[: hud.strip_top(480, 360), 480 // 3 :].sum() > 500
@@ -113,8 +114,9 @@ def test_a_film_shows_what_the_caregiver_believes(house):
 
 @pytest.mark.parametrize("caregiver", ["paper", "none"])
 def test_who_believes_nothing_shows_nothing(house, tmp_path, caregiver):
+    spec = EpisodeSpec(house, caregiver=caregiver)
     with pytest.raises(CaregiverError, match="must predict"):
-        render_episode(tmp_path / "film.mp4", house=house, caregiver=caregiver, overlay="danger", quiet=True)
+        render_episode(tmp_path / "film.mp4", spec, overlay="danger", quiet=True)
     with pytest.raises(CaregiverError, match="no overlay 'rain': there is danger"):
-        render_episode(tmp_path / "film.mp4", house=house, caregiver=caregiver, overlay="rain", quiet=True)
+        render_episode(tmp_path / "film.mp4", spec, overlay="rain", quiet=True)
     assert not list(tmp_path.iterdir())

@@ -8,10 +8,8 @@ import pytest
 
 from caregiver_mj import cli
 from caregiver_mj.caregivers.answers import replayed, unpacked
-from caregiver_mj.children.family import Family
-from caregiver_mj.experiments.settings import episode_random, episode_seed
+from caregiver_mj.experiments.spec import EpisodeSpec, episode_random, episode_seed
 from caregiver_mj.experiments.submission import read_submission
-from caregiver_mj.viz.episode import Watched
 from caregiver_mj.viz.viewers.session import Session
 
 window = pytest.importorskip("caregiver_mj.viz.viewers.window")
@@ -33,7 +31,7 @@ def cell_of_robot(session):
 
 
 def played(house, **settings):
-    return Session(Watched(house, Family.parse("1"), seed=4, **settings), playing=False)
+    return Session(EpisodeSpec(house, "1", seed=4, **settings), playing=False)
 
 
 def test_the_robot_goes_where_keys_say(house):
@@ -115,7 +113,7 @@ def test_episodes_are_kept_as_a_run_and_can_be_submitted(who, keys, house, tmp_p
             self._session = session
 
         def run(self):
-            seen.append(self._session.watched.number)
+            seen.append(self._session.spec.episode)
             if seen == [0]:
                 for key in keys:
                     window.press(self._session, ord(key))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from made_runs import DAMAGE, FAMILIES, PAPER, TINY, write_run
 
+from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.viz import film, report
 from caregiver_mj.viz.report.left import side_by_side
 from caregiver_mj.viz.report.page import make_film
@@ -40,7 +41,7 @@ def filmed(monkeypatch, tmp_path):
 
     def asked_of(runs):
         asked = {}
-        monkeypatch.setattr(film, "render_episode", lambda path, **settings: asked.update(path=path, **settings))
+        monkeypatch.setattr(film, "render_episode", lambda path, spec, **_: asked.update(path=path, spec=spec))
         made = make_film(runs, tmp_path)
         assert asked["path"] == made.path == tmp_path / "report.mp4"
         return asked, made.caption
@@ -50,15 +51,14 @@ def filmed(monkeypatch, tmp_path):
 
 def test_the_filmed_episode_is_the_first_of_the_run(run, filmed):
     asked, caption = filmed([report.read_run(run)])
-    wanted = {"house": PAPER, "epsilon": "1,0.5", "seed": 7, "episode": 0, "caregiver": "paper"}
-    assert {name: asked[name] for name in wanted} == wanted
+    assert asked["spec"] == EpisodeSpec(PAPER, "1,0.5", "paper", seed=7)
     assert caption == "Episode 0 of the run, 100 % and 50 % random, caregiver paper"
 
 
 def test_a_run_in_the_house_is_filmed_before_one_in_the_grid(run, filmed, tmp_path):
     grid = report.read_run(write_run(tmp_path / "grid", plan=TINY))
     house = report.read_run(run)
-    assert filmed([grid, house])[0]["house"] == PAPER
+    assert filmed([grid, house])[0]["spec"].plan == PAPER
     asked, caption = filmed([grid])
-    assert (asked["house"], asked["epsilon"]) == (TINY, "0.25")
+    assert (asked["spec"].plan, str(asked["spec"].family)) == (TINY, "0.25")
     assert caption == "Episode 0 with the children of the run in the grid, 25 % random, caregiver paper"

@@ -2,7 +2,7 @@
 
 import pytest
 
-from caregiver_mj.viz.episode import Watched
+from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.viz.viewers.session import Session
 
 STEP = 0.02  # seconds
@@ -56,7 +56,7 @@ def clock():
 
 
 def session(clock, *, steps=1000, cost=0.0, **settings):
-    return Session(Watched(), begin=lambda watched: Reel(steps, cost, clock), clock=clock, **settings)
+    return Session(EpisodeSpec("paper"), begin=lambda spec: Reel(steps, cost, clock), clock=clock, **settings)
 
 
 def let(watched, clock, seconds, tick=0.05):

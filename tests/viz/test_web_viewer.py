@@ -15,9 +15,9 @@ from browsers import chromium
 from PIL import Image
 
 from caregiver_mj import cli
-from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.viz.episode import Watched
+from caregiver_mj.experiments.spec import EpisodeSpec
+from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz.viewers.session import Session
 
 viser = pytest.importorskip("viser")
@@ -171,8 +171,8 @@ def colours(browser):
 
 @pytest.fixture
 def viewer(house):
-    watched = Watched(house, Family.parse("1,.25"), "none")
-    with contextlib.closing(web.WebViewer(Session(watched, playing=False), port=0)) as viewer:
+    spec = EpisodeSpec(FloorPlan.load(house), "1,.25", "none", file=str(house))
+    with contextlib.closing(web.WebViewer(Session(spec, playing=False), port=0)) as viewer:
         yield viewer
 
 

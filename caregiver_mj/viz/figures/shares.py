@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
-from caregiver_mj.experiments.settings import FLOOR
+from caregiver_mj.experiments.spec import FLOOR
 from caregiver_mj.plans import hazards
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.colours import unit

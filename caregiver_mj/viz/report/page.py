@@ -13,6 +13,7 @@ import jinja2
 import numpy as np
 
 from caregiver_mj.caregivers.registry import CAREGIVERS, PLAYERS, POLICIES, RULE
+from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.harm import HOW
@@ -40,7 +41,7 @@ _DEEDS = ("moves_blocked", "moves_blocked_stairwell", "moves_blocked_free", "int
 FILM_NAME = "report.mp4"  # of a film that is made for the report
 LARGEST_FILM = 40.0  # MB, for it becomes part of the page
 _LARGEST_FILE = 1_000 * MB  # bytes of a file that is read to find out
-_PICTURE: dict[str, Any] = {"seconds": 15.0, "width": 960, "height": 540}  # of such a film
+_SECONDS, _SIZE = 15.0, (960, 540)  # of such a film, and pixels
 _TYPICAL = 0.5  # share of random moves to which that of the filmed children is to come close
 
 
@@ -259,16 +260,7 @@ def make_film(runs: Sequence[Run], folder: str | os.PathLike[str], *, trust: boo
 
     family = min(run.families, key=from_typical)
     path = pathlib.Path(folder) / FILM_NAME
-    film.render_episode(
-        path,
-        house=run.settings.plans[0],
-        epsilon=family,
-        seed=run.settings.seed,
-        episode=0,
-        caregiver=run.caregiver,
-        embodiment=run.settings.embodiment,
-        sight=run.settings.sight,
-        **_PICTURE,
-    )
+    spec = run.settings.spec(run.settings.plans[0], Family.named(family), run.caregiver)
+    film.render_episode(path, spec, seconds=_SECONDS, picture=film.Picture(*_SIZE))
     whose = "of the run" if run.settings.world == "house" else "with the children of the run in the grid"
     return ShownFilm(path, f"Episode 0 {whose}, {family_name(family)}, caregiver {run.caregiver}")

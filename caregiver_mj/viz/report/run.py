@@ -14,7 +14,7 @@ import pandas as pd
 from caregiver_mj.caregivers.registry import RULE
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.finished import Finished, read_finished
-from caregiver_mj.experiments.settings import FLOOR
+from caregiver_mj.experiments.spec import FLOOR
 from caregiver_mj.experiments.summary import by_house
 from caregiver_mj.plans.floor_plan import FloorPlan, house_names
 from caregiver_mj.plans.hazards import DamageWeights

@@ -13,8 +13,9 @@ from typing import Any
 
 from caregiver_mj.caregivers.registry import DRIVER, PERSON
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.plans.hazards import NOTHING
-from caregiver_mj.viz.episode import Episode, Watched
+from caregiver_mj.viz.episode import Episode
 
 KEYS = "0123456789ABCDEFGHIJKLM"  # of a person: for nothing more, and for the hazards in their order
 SLOWEST, FASTEST = 0.1, 20.0  # times the speed of the simulated world
@@ -22,13 +23,13 @@ _LONGEST = 0.25  # seconds that one call may take, and that are made up for afte
 _PIECE = 0.1  # seconds of the simulated world between looks at the clock
 
 
-def begin(watched: Watched) -> Episode:
+def begin(spec: EpisodeSpec) -> Episode:
     """Begin an episode, with what the caregiver thinks may be coming where it thinks of that: not every one does.
 
     Raises:
         CaregiverError: There can be no such episode.
     """
-    episode = watched.begin()
+    episode = Episode(spec)
     episode.foresees = True
     return episode
 
@@ -37,7 +38,7 @@ class Session:
     """An episode that is watched.
 
     Attributes:
-        watched: Which one it is.
+        spec: Which one it is.
         episode: It itself.
         playing: Whether it runs.
         over: Whether it has come to its end.
@@ -47,12 +48,12 @@ class Session:
 
     def __init__(
         self,
-        watched: Watched,
+        spec: EpisodeSpec,
         *,
         speed: float = 1.0,
         playing: bool = True,
-        begin: Callable[[Watched], Episode] = begin,
-        ended: Callable[[Watched, Episode], None] | None = None,
+        begin: Callable[[EpisodeSpec], Episode] = begin,
+        ended: Callable[[EpisodeSpec, Episode], None] | None = None,
         clock: Callable[[], float] = time.monotonic,
     ):
         """Begin an episode, `speed` seconds of which pass in one of the `clock`; `ended` is told of each that is over.
@@ -66,7 +67,7 @@ class Session:
         self.over = False
         self.begun = 0
         self._until: float
-        self._begin(watched)
+        self._begin(spec)
 
     # -- What one can do -------------------------------------------------------------------------
 
@@ -117,9 +118,9 @@ class Session:
     def targets(self) -> list[tuple[str, str, str]]:
         """What who plays can choose, first nothing more: its key, its name, and how that fares."""
         policy: Any = self.episode.policy
-        if self.watched.caregiver == DRIVER:
+        if self.spec.caregiver == DRIVER:
             return list(policy.policy.keys)
-        if self.watched.caregiver != PERSON:
+        if self.spec.caregiver != PERSON:
             return []
         names = "nothing more", *map(str, policy.plan.hazards)
         chosen = int(policy.caregiver.targets[0])
@@ -131,22 +132,22 @@ class Session:
     def choose(self, key: str) -> None:
         """Have the caregiver of who plays do what a key stands for, from when it is next asked; others do nothing."""
         policy: Any = self.episode.policy
-        if self.watched.caregiver == DRIVER:
+        if self.spec.caregiver == DRIVER:
             policy.policy.press(key)
         elif 0 <= (number := KEYS.find(key)) < len(self.targets):
             policy.caregiver.targets[:] = number + NOTHING
 
     def restart(self) -> None:
         """Begin the same episode once more."""
-        self._begin(self.watched)
+        self._begin(self.spec)
 
-    def change(self, **settings: object) -> None:
-        """Begin another episode, which differs in some attributes of `Watched`.
+    def change(self, **fields: object) -> None:
+        """Begin another episode, which differs in some fields of its specification.
 
         Raises:
             CaregiverError: There can be no such episode; the present one goes on.
         """
-        self._begin(dataclasses.replace(self.watched, **settings))  # type: ignore[arg-type]  # `Watched` says
+        self._begin(dataclasses.replace(self.spec, **fields))  # type: ignore[arg-type]  # `EpisodeSpec` says
 
     # -- Time ------------------------------------------------------------------------------------
 
@@ -169,14 +170,14 @@ class Session:
         if not self.episode.run_until(seconds):
             self.playing, over, self.over = False, self.over, True
             if self._ended and not over:
-                self._ended(self.watched, self.episode)
+                self._ended(self.spec, self.episode)
         if not keep:
             self._until = self.episode.seconds
 
-    def _begin(self, watched: Watched) -> None:
-        episode = self._make(watched)
+    def _begin(self, spec: EpisodeSpec) -> None:
+        episode = self._make(spec)
         episode.run_until(0.0)  # for a first look at the children
-        self.watched, self.episode = watched, episode
+        self.spec, self.episode = spec, episode
         self.begun += 1
         self.playing = self.playing or self.over  # the end has stopped the last one, and nobody else
         self.over = self.behind = False

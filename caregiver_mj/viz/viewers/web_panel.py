@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import functools
 import html
+import itertools
+import shlex
 from collections.abc import Callable
+from typing import Any
 
 import jinja2
 import viser
@@ -14,8 +17,9 @@ from caregiver_mj.caregivers.registry import CAREGIVERS, DRIVER, PLAYERS, POLICI
 from caregiver_mj.children.family import CHILDREN, NOVICE, Family
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.plans import sets
-from caregiver_mj.plans.floor_plan import house_names
+from caregiver_mj.plans.floor_plan import FloorPlan, house_names
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.forecast import SOON
 from caregiver_mj.viz.moment import HudState
@@ -38,7 +42,7 @@ class Panel:
     def __init__(self, server: viser.ViserServer, session: Session, do: Do):
         """Lay the panel out; `do` has something done in the thread of the simulation, for browsers ask in others."""
         self._gui, self._session, self._do = server.gui, session, do
-        self._files = {str(session.watched.house)}
+        self._files = {session.spec.house}
         self._wrong: bool
         self._add_controls()
         self._readout = self._gui.add_html("")
@@ -78,17 +82,17 @@ class Panel:
     def fill_in(self) -> None:
         """Enter into the form what is shown now."""
         self._wrong = False
-        watched = self._session.watched
-        alike = set(map(str, watched.family.children))
+        spec = self._session.spec
+        alike = set(map(str, spec.family.children))
         # mypy does not see that viser lets these be set.
-        self._house.value = str(watched.house)  # type: ignore[misc]
-        self._epsilon.value = alike.pop() if len(alike) == 1 else str(watched.family)  # type: ignore[misc]
-        self._children.value, self._child.value = len(watched.family), NOVICE  # type: ignore[misc]
-        self._caregiver.value = watched.caregiver  # type: ignore[misc]
-        self._seed.value, self._number.value = watched.seed, watched.number or 0  # type: ignore[misc]
-        command = html.escape(f"caregiver-mj render {watched.options()} --out film.mp4")
+        self._house.value = spec.house  # type: ignore[misc]
+        self._epsilon.value = alike.pop() if len(alike) == 1 else str(spec.family)  # type: ignore[misc]
+        self._children.value, self._child.value = len(spec.family), NOVICE  # type: ignore[misc]
+        self._caregiver.value = spec.caregiver  # type: ignore[misc]
+        self._seed.value, self._number.value = spec.seed, spec.episode or 0  # type: ignore[misc]
+        command = html.escape(f"caregiver-mj render {options(spec)} --out film.mp4")
         self._same.content = f'<div style="{_NOTE}">A film of it: <code class="same">{command}</code></div>'
-        self._same.visible = watched.caregiver not in PLAYERS
+        self._same.visible = spec.caregiver not in PLAYERS
 
     # -- What there is ---------------------------------------------------------------------------
 
@@ -107,7 +111,7 @@ class Panel:
     def _add_targets(self) -> None:
         """What who plays can choose: buttons, and the keys that they begin with."""
         gui, session, self._nobody = self._gui, self._session, ("",)
-        what = "Drive" if session.watched.caregiver == DRIVER else "Protect from"
+        what = "Drive" if session.spec.caregiver == DRIVER else "Protect from"
         self._targets = gui.add_button_group(what, self._nobody, visible=False)
         self._targets.on_click(lambda event: self._choose(event.target.value[:1]))
         for key in KEYS if session.targets else ():
@@ -118,13 +122,13 @@ class Panel:
         self._do(lambda: self._session.choose(key))
 
     def _add_form(self) -> None:
-        gui, known = self._gui, tuple(dict.fromkeys([*CAREGIVERS, *POLICIES, self._session.watched.caregiver]))
+        gui, known = self._gui, tuple(dict.fromkeys([*CAREGIVERS, *POLICIES, self._session.spec.caregiver]))
         with gui.add_folder("Episode"):
             self._house = gui.add_text("House", "", hint=f"{', '.join(house_names())}, house-17, test-100/17")
             self._epsilon = gui.add_text("Epsilon", "", hint="Share of random moves: 0.5, or of each child: 1, 0.25")
             self._children = gui.add_number("Children", 1, min=1, max=_MOST, step=1)
             self._child = gui.add_dropdown("Child", tuple(CHILDREN), initial_value=NOVICE)
-            self._caregiver = gui.add_dropdown("Caregiver", known, initial_value=self._session.watched.caregiver)
+            self._caregiver = gui.add_dropdown("Caregiver", known, initial_value=self._session.spec.caregiver)
             self._seed = gui.add_number("Seed", 0, min=0, step=1)
             self._number = gui.add_number("Number", 0, min=0, step=1, hint="Of the episode, in the run of that seed")
             gui.add_button("Start").on_click(lambda _: self._do(lambda: self._begin("Start")))
@@ -147,20 +151,21 @@ class Panel:
     def _settings(self, button: str) -> dict[str, object]:
         """What differs in the episode that a button begins."""
         if button != "Start":
-            return {} if button == "Again" else {"number": (self._session.watched.number or 0) + 1}
+            return {} if button == "Again" else {"episode": (self._session.spec.episode or 0) + 1}
         return {
-            "house": self._named_house(),
+            **self._named_house(),
             "family": self._family(),
             "caregiver": self._caregiver.value,
             "seed": int(self._seed.value),
-            "number": int(self._number.value),
+            "episode": int(self._number.value),
         }
 
-    def _named_house(self) -> str:
+    def _named_house(self) -> dict[str, object]:
         """The house; files can be named on the command line only, for who knows who looks at this page."""
         name = self._house.value.strip()
         if name in self._files or name in house_names() or sets.house(name) is not None:
-            return name
+            plan = FloorPlan.load(name, damage=self._session.spec.plan.damage)
+            return {"plan": plan, "file": "" if name == plan.name else name}
         raise CaregiverError(f"no house '{name}': a file is named on the command line, --house FILE")
 
     def _family(self) -> Family:
@@ -173,6 +178,20 @@ class Panel:
         if len(family) != count:
             raise CaregiverError(f"epsilon must be of {count} children, got {family}, which is of {len(family)}")
         return family
+
+
+def options(spec: EpisodeSpec) -> str:
+    """Return the options that say an episode on the command line."""
+    usual = EpisodeSpec(FloorPlan.load("paper"))
+    said = {"house": spec.house, "epsilon": spec.family, "caregiver": spec.caregiver, "seed": spec.seed}
+    said |= {} if spec.episode is None else {"episode": spec.episode}
+
+    def of(one: EpisodeSpec) -> dict[str, Any]:
+        return {"damage": one.plan.damage, "embodiment": one.embodiment, "sight": one.sight, **one.queries.record()}
+
+    said |= {name: value for name, value in of(spec).items() if value != of(usual)[name]}
+    words = ((f"--{name.replace('_', '-')}", *([] if value is True else [str(value)])) for name, value in said.items())
+    return shlex.join(itertools.chain(*words))
 
 
 def readout(state: HudState) -> str:

@@ -28,7 +28,7 @@ _KEYS: dict[int, Callable[[Session], None]] = {
     glfw.KEY_DOWN: Session.next_move,
     glfw.KEY_EQUAL: lambda session: session.hurry(2.0),
     glfw.KEY_MINUS: lambda session: session.hurry(0.5),
-    glfw.KEY_N: lambda session: session.change(number=(session.watched.number or 0) + 1),
+    glfw.KEY_N: lambda session: session.change(episode=(session.spec.episode or 0) + 1),
     glfw.KEY_R: Session.restart,
 }
 _HELP = (
@@ -100,7 +100,7 @@ class Window:
             if self.session.targets:  # whose keys are the viewer's own, too, and would hide things
                 for flags, before in self._flags:
                     flags[:] = before
-            if self.session.watched.caregiver == PERSON:
+            if self.session.spec.caregiver == PERSON:
                 for number, (key, *_) in enumerate(self.session.targets[1:]):
                     draw_label(self._viewer.user_scn, key, place_of(state.plan, number, state.candles))
         names, values = texts(state, self.session)

@@ -1,0 +1,222 @@
+"""The one way to run episodes: from their specification to what is measured, in the house or in the grid."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import functools
+import time
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from caregiver_mj.caregivers.answers import ReplayedCaregiver, kept, packed, replayed, unpacked
+from caregiver_mj.caregivers.registry import find_caregiver, make_caregiver
+from caregiver_mj.children.family import side_by_side
+from caregiver_mj.children.tape import EPISODE_TIMESTEPS
+from caregiver_mj.children.walk import WALKING_SPEED
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.spec import FLOOR, EpisodeSpec, episode_random, episode_tapes
+from caregiver_mj.grid.world import FloorWorld, GridWorld
+from caregiver_mj.recording.rollout import Rollout
+
+if TYPE_CHECKING:
+    from caregiver_mj.caregivers.caregiver import Caregiver
+    from caregiver_mj.recording.ledger import Ledger
+
+Observer = Callable[[Any], None]  # of a `Rollout`
+
+
+class DivergenceError(CaregiverError):
+    """The simulation has come apart, as wild actions can make it."""
+
+
+class HouseRollout(Rollout):
+    """An episode in the house, one control step after the other.
+
+    Attributes:
+        env: The `dm_env.Environment`.
+        policy: Who acts in it; None for nobody, or where actions come from outside.
+        timestep: The last time step.
+        action: The policy's answer to it, zeros for nobody; None at the end of the episode.
+        steps: Control steps done.
+        which: Which episode it is, in messages.
+    """
+
+    def __init__(self, env: Any, policy: Any = None):
+        self.env, self.policy, self.which = env, policy, "the episode"
+        self._nothing = np.zeros(env.action_spec().shape)
+
+    @property
+    def caregiver(self) -> Caregiver | None:
+        """The policy's caregiver, if it has one."""
+        return getattr(self.policy, "caregiver", None)
+
+    @property
+    def ledger(self) -> Ledger:  # type: ignore[override]  # the task's, anew in every episode
+        return self.env.task.ledger
+
+    @property
+    def over(self) -> bool:
+        return self.timestep.last()
+
+    @property
+    def seconds(self) -> float:
+        """How long it has run in the simulated world."""
+        return self.steps * self.env.control_timestep()
+
+    def begin(self, seed: int) -> None:
+        """Begin the episode of a seed."""
+        self.env.task.reseed(episode_random(seed))
+        self.timestep, self.steps = self.env.reset(), 0
+        self.decide()
+
+    def step(self) -> None:
+        self.advance(self.action)
+
+    def advance(self, action: Any) -> None:
+        """Run one control step with an action, from outside or the policy's.
+
+        Raises:
+            DivergenceError: The simulation has come apart; the last time step stays the last good one.
+        """
+        from caregiver_mj.house.rendering import control  # here, for the grid does without MuJoCo
+
+        try:
+            self.timestep = self.env.step(action)
+        except control.PhysicsError:
+            raise DivergenceError(
+                f"actions made the simulation diverge at {self.env.physics.time():.1f} s of {self.which}"
+            ) from None
+        self.steps += 1
+        self.decide()
+
+    def decide(self) -> None:
+        """Have the policy answer the last time step."""
+        if self.over:
+            self.action = None
+        else:
+            self.action = self.policy(self.timestep) if self.policy else self._nothing
+
+    def outcomes(self) -> list[dict[str, Any]]:
+        return [self.env.task.outcome()]
+
+
+def make_house(spec: EpisodeSpec, *, answers: str = "", visuals: bool = True) -> HouseRollout:
+    """Make the house of an episode, and who acts in it: building them takes a second.
+
+    Args:
+        spec: The episode, in the house.
+        answers: What the caregiver has answered in it before, to be given again in its place, if anything.
+        visuals: Whether the house has what is only to be seen; it has where the caregiver looks at pictures.
+
+    Raises:
+        CaregiverError: It cannot be made.
+    """
+    from caregiver_mj import tasks  # here, for the grid does without MuJoCo
+    from caregiver_mj.policy.own import make_policy
+
+    who: Any = replayed(spec.plan, answers) if answers else spec.caregiver
+    found = None if answers else find_caregiver(spec.caregiver, queries=spec.queries)
+    kwargs = {"robot": spec.has_robot, "embodiment": spec.embodiment, **spec.options}
+    env = tasks.load(
+        spec.task,
+        spec.plan,
+        spec.family,
+        np.random.RandomState(0),  # of tables that are drawn; an episode has a seed of its own
+        task_kwargs=kwargs,
+        visuals=visuals or getattr(found, "needs_pictures", False),
+        sight=spec.sight,
+    )
+    policy = make_policy(env, who, spec.seed, spec.queries) if spec.has_robot else None
+    return HouseRollout(env, policy)
+
+
+_kept_house = functools.lru_cache(maxsize=1)(make_house)  # for episodes of one caregiver and family, one by one
+
+
+def make_grid(specs: Sequence[EpisodeSpec], answers: str = "") -> GridWorld:
+    """Make the grid of some episodes side by side: of one or more families, equally many of each.
+
+    Raises:
+        CaregiverError: It cannot be made.
+    """
+    first, families = specs[0], tuple(dict.fromkeys(spec.family for spec in specs))
+    children = side_by_side(first.plan, families, len(specs) // len(families))
+    if first.caregiver == FLOOR:
+        return FloorWorld(first.plan, children)
+    given = ReplayedCaregiver(first.plan, unpacked(answers)) if answers else None
+    caregiver = given or make_caregiver(first.caregiver, first.plan, first.seed, first.queries)
+    return GridWorld(first.plan, children, caregiver, sight=first.sight)
+
+
+@contextlib.contextmanager
+def keep_answers(rollout: Any) -> Iterator[Callable[[], str]]:
+    """Keep, within, what acts in a rollout answers: a caregiver its world, a policy of another kind its time steps.
+
+    Yields:
+        A function that returns it as text, for a replay.
+    """
+    actions: list[np.ndarray] = []
+
+    def note(house: HouseRollout) -> None:
+        if house.action is not None:
+            actions.append(house.action)
+
+    before = rollout.observers
+    if getattr(rollout, "policy", None) and not rollout.caregiver:
+        rollout.observers = [*before, note]
+    try:
+        with kept(rollout.caregiver) as text:
+            yield lambda: packed(actions=np.array(actions, float)) if actions else text()
+    finally:
+        rollout.observers = before
+
+
+class Outcome(NamedTuple):
+    """What comes of some episodes."""
+
+    measured: list[dict[str, Any]]  # of each episode, by column
+    visits: np.ndarray  # how often children ended a timestep in each free cell, (episodes, free cells)
+    damage: np.ndarray  # the damage that they took there, (episodes, free cells)
+    answers: str  # what the caregiver answered, for a replay
+
+
+def run(specs: Sequence[EpisodeSpec], observers: Sequence[Observer] = (), *, answers: str = "") -> Outcome:
+    """Run an episode; or several that differ in family and number alone, side by side in the grid.
+
+    Args:
+        specs: The episodes: a single one in the house.
+        observers: Called with the `Rollout` when it has begun, and after every step.
+        answers: What the caregiver has answered in them before, to be given again in its place, if anything.
+
+    Raises:
+        DivergenceError: The caregiver's actions made the simulation come apart.
+        CaregiverError: The episodes cannot be run.
+    """
+    first, start = specs[0], time.perf_counter()
+    rollout: Any
+    if first.in_grid:
+        rollout = make_grid(specs, answers)
+        begin = functools.partial(rollout.reset, [episode_tapes(spec.own_seed, len(spec.family)) for spec in specs])
+    else:
+        (first,) = specs
+        make = make_house if answers else _kept_house
+        rollout = make(dataclasses.replace(first, episode=0), answers=answers, visuals=False)
+        rollout.which = str(first)
+        begin, start = functools.partial(rollout.begin, first.own_seed), time.perf_counter()
+    rollout.observers = observers
+    with keep_answers(rollout) as text:
+        begin()
+        rollout.notify()
+        rollout.run_on()
+        given = text()
+    times = {
+        "sim_seconds": EPISODE_TIMESTEPS * first.plan.cell_size / WALKING_SPEED
+        if first.in_grid
+        else rollout.env.physics.time(),
+        "wall_seconds": (time.perf_counter() - start) / len(specs),
+    }
+    ledger = rollout.ledger
+    return Outcome([one | times for one in rollout.outcomes()], ledger.visits, ledger.damage_at, given)

@@ -1,0 +1,297 @@
+"""What decides an episode: all that its row depends on, checked, written as JSON and hashed as a whole."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import itertools
+import json
+import os
+from collections.abc import Mapping, Sequence
+from numbers import Integral, Number
+from typing import Any
+
+import numpy as np
+
+from caregiver_mj.caregivers.registry import CAREGIVERS, RULE, find_caregiver, is_caregiver
+from caregiver_mj.caregivers.server import Queries
+from caregiver_mj.children.family import ChildSpec, Family
+from caregiver_mj.children.tape import Tape
+from caregiver_mj.errors import CaregiverError, check_integer, check_kind
+from caregiver_mj.outside import plain
+from caregiver_mj.plans.floor_plan import FloorPlan, check_starts
+from caregiver_mj.plans.hazards import DamageWeights
+from caregiver_mj.plans.visibility import Sight
+from caregiver_mj.recording.steps import RANDOM, TARGETS
+from caregiver_mj.robot.embodiment import DEFAULT
+from caregiver_mj.tasks import TASKS
+
+WORLDS = ("house", "grid")
+SUPERVISE = "supervise"  # the task of an evaluation
+FLOOR = "floor"  # bare-tables baseline: damage that no caregiver can prevent
+NOBODY = ("none", FLOOR)  # baselines, in the place of a caregiver
+
+
+# Fields that records of older versions lack, as JSON: a record has them where they are others.
+_USUAL: dict[str, Any] = {
+    "file": "",
+    "sight": "all",
+    "task": SUPERVISE,
+    "task_kwargs": {},
+    "queries": Queries().record(),
+}
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Conditions:
+    """What the episodes of a run have in common, beside world and seed."""
+
+    embodiment: str = DEFAULT  #: name of the robot in the house
+    sight: str = "all"  #: what the caregivers see, as `plans.visibility.Sight.of` takes it
+    task: str = SUPERVISE  #: one of `ALL_TASKS`, or `targets`
+    #: further arguments of the task in the house, as `load` takes them: `sensing`, `control_timestep`, `time_limit`,
+    #: where tables and candles start, and so on; a dictionary, which is kept as JSON
+    task_kwargs: str = "{}"
+    queries: Queries = Queries()  #: how caregivers elsewhere are asked
+    #: where a single house of the user's own was read from; nothing if it has a name. Nothing depends on it
+    file: str = ""
+
+    def __post_init__(self) -> None:
+        options: Any = self.task_kwargs
+        vars(self).update(
+            sight=self.sight if self.sight == "all" else str(Sight.of(self.sight)),
+            task_kwargs=options if isinstance(options, str) else _json(options),
+        )
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The further arguments of the task."""
+        return json.loads(self.task_kwargs)
+
+    def shared_record(self) -> dict[str, Any]:
+        """Return these fields as JSON, but the robot and what is as usual."""
+        found = {name: getattr(self, name) for name in _USUAL}
+        found |= {"task_kwargs": self.options, "queries": self.queries.record()}
+        return {name: value for name, value in found.items() if value != _USUAL[name]}
+
+    @staticmethod
+    def of_shared_record(record: Mapping[str, Any]) -> dict[str, Any]:
+        """Return these fields from a record, perhaps a stranger's.
+
+        Raises:
+            CaregiverError: They are of another kind.
+            KeyError: The robot is missing.
+        """
+        found = {
+            "embodiment": record["embodiment"],
+            **{name: record.get(name, usual) for name, usual in _USUAL.items()},
+        }
+        for name, value in found.items():
+            check_kind(name, value, type(_USUAL.get(name, "")))
+        if others := found["queries"].keys() - _USUAL["queries"].keys():
+            raise CaregiverError(f"queries must be {', '.join(_USUAL['queries'])}, got '{plain(min(others))}'")
+        found["queries"] = Queries(**found["queries"])
+        found["queries"].check()
+        return found
+
+    def check_episodes(
+        self, world: str, plans: Sequence[FloorPlan], families: Sequence[Family], caregivers: Sequence[str]
+    ) -> None:
+        """Raise CaregiverError unless every caregiver can act with each family in every house."""
+        self.check_world(world)
+        if self.task not in (*TASKS, TARGETS):
+            raise CaregiverError(f"no task '{self.task}': there are {', '.join([*TASKS, TARGETS])}")
+        if world == "grid" and (self.task not in (SUPERVISE, TARGETS) or self.options):
+            raise CaregiverError(f"task must be {SUPERVISE} or {TARGETS} in the grid, with no task_kwargs")
+        self.queries.check()
+        for plan in plans:
+            check_kind("a house", plan, FloorPlan, advice=": FloorPlan.load makes one")
+        self._check_house(world, plans, families, caregivers)
+        for name in caregivers:
+            self._check_caregiver(name, world)
+        for family in families:
+            family.check()
+
+    @staticmethod
+    def check_world(world: str) -> None:
+        """Raise CaregiverError unless there is such a world."""
+        if world not in WORLDS:
+            raise CaregiverError(f"no world '{world}': there are {', '.join(WORLDS)}")
+
+    def _check_house(
+        self, world: str, plans: Sequence[FloorPlan], families: Sequence[Family], caregivers: Sequence[str]
+    ) -> None:
+        """Raise CaregiverError unless what only the house knows can be run."""
+        if world == "grid" and self.embodiment == DEFAULT:
+            return
+        # Here, for the grid does without MuJoCo; rendering first, for MuJoCo stumbles over a wrong `MUJOCO_GL`.
+        import caregiver_mj.house.rendering  # noqa: F401
+        from caregiver_mj.robot.embodiments import find_embodiment
+
+        find_embodiment(self.embodiment)
+        if world == "house" and set(caregivers) - {*NOBODY}:
+            for plan, family in itertools.product(plans, families):
+                check_starts(plan, len(family))
+
+    def _check_caregiver(self, name: str, world: str) -> None:
+        if name == FLOOR:
+            CAREGIVERS.tell_of_namesakes(FLOOR, f"'{FLOOR}' is what bare tables alone do")
+        if name in (FLOOR, RANDOM):
+            return
+        found = find_caregiver(name, others=(FLOOR,), queries=self.queries)
+        if world == "grid" and not (found is None or is_caregiver(found)):
+            raise CaregiverError(f"world must be house for '{name}', a policy of the robot's actions, got grid")
+        if world == "grid" and getattr(found, "needs_pictures", False):
+            raise CaregiverError(f"world must be house for '{name}' with frames, for there are no cameras, got grid")
+
+
+@dataclasses.dataclass(frozen=True)
+class EpisodeSpec(Conditions):
+    """An episode: everything that changes its row.
+
+    `EpisodeSpec(FloorPlan.load("paper"), 0.5, "foresight", 3)` is episode 3 of the run of seed 0.
+    """
+
+    plan: FloorPlan  #: the house, with what a collision costs; or its name or file
+    family: Family = dataclasses.field(default_factory=Family)  #: the children, as `Family.of` takes them
+    #: name of the caregiver or policy, as `find_caregiver` takes it, or FLOOR, or, to record, `random-actions`
+    caregiver: str = RULE[0]
+    #: its number in the run of the seed; None if the seed is that of a single episode, as in the column `seed`
+    episode: int | None = 0
+    world: str = "house"  #: one of `WORLDS`
+    seed: int = 0  #: seed of the run, and of what is random in the caregiver
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        plan: Any = self.plan
+        vars(self).update(
+            plan=FloorPlan.load(plan) if isinstance(plan, (str, os.PathLike)) else plan,
+            family=self.family if isinstance(self.family, Family) else Family.of(self.family),
+            queries=self.queries.for_caregivers([self.caregiver]),
+            seed=int(self.seed) if isinstance(self.seed, Integral) else self.seed,
+        )
+
+    def check(self, replayed: bool = False) -> None:
+        """Raise CaregiverError unless it can be run, or be replayed: then its caregiver may be anybody."""
+        check_integer("seed", self.seed, 0)
+        if self.episode is not None:
+            check_integer("episode", self.episode, 0)
+        self.check_episodes(self.world, (self.plan,), (self.family,), () if replayed else (self.caregiver,))
+
+    @property
+    def house(self) -> str:
+        """Name or file of its house, as a command takes it."""
+        return self.file or self.plan.name
+
+    @property
+    def own_seed(self) -> int:
+        """Seed of all chance in the episode, that of the column `seed`."""
+        return self.seed if self.episode is None else episode_seed(self.seed, self.episode)
+
+    @property
+    def in_grid(self) -> bool:
+        """Whether it runs in the grid, as bare tables do for both worlds: their damage is a child's alone."""
+        return self.world == "grid" or self.caregiver == FLOOR
+
+    @property
+    def has_robot(self) -> bool:
+        """Whether somebody acts in it."""
+        return self.caregiver not in NOBODY
+
+    def __str__(self) -> str:
+        """Say which, in messages."""
+        number = "the single episode" if self.episode is None else f"episode {self.episode}"
+        return (
+            f"{number} of seed {self.seed}, '{self.caregiver}' with epsilon {self.family} in house '{self.plan.name}'"
+        )
+
+    def record(self) -> dict[str, Any]:
+        """Return all of it as JSON, of which `of_record` makes it again.
+
+        Raises:
+            CaregiverError: A child has no name.
+        """
+        if any(not isinstance(child, ChildSpec) for child in self.family.children):
+            raise CaregiverError("children of a specification must be given by name, such as module:object")
+        return {
+            "world": self.world,
+            "plan": record_of_plan(self.plan),
+            "damage": str(self.plan.damage),
+            "family": str(self.family),
+            "caregiver": self.caregiver,
+            "seed": self.seed,
+            "episode": self.episode,
+            "embodiment": self.embodiment,
+            **self.shared_record(),
+        }
+
+    @classmethod
+    def of_record(cls, record: Mapping[str, Any]) -> EpisodeSpec:
+        """Return the episode that `record` has written, perhaps a stranger: no code that it names is imported.
+
+        Raises:
+            CaregiverError: It can be of no episode.
+            KeyError: Something is missing.
+        """
+        for name in ("world", "family", "caregiver", "damage"):
+            check_kind(name, record[name], str)
+        return cls(
+            plan_of_record(record["plan"], DamageWeights.of(record["damage"])),
+            Family.named(record["family"]),
+            **{name: record[name] for name in ("caregiver", "episode", "world", "seed")},
+            **cls.of_shared_record(record),
+        )
+
+    def digest(self) -> str:
+        """Return the SHA-256 of all that its row depends on."""
+        whole = {name: value for name, value in self.record().items() if name != "file"}
+        return hashlib.sha256(json.dumps(whole, sort_keys=True, allow_nan=False).encode()).hexdigest()
+
+
+def _json(options: Mapping[str, Any]) -> str:
+    """Return options as JSON.
+
+    Raises:
+        CaregiverError: One is no JSON, nor a data class such as `Sensing`, nor NumPy's.
+    """
+
+    def plainly(value: Any) -> Any:
+        is_record = dataclasses.is_dataclass(value) and not isinstance(value, type)
+        return dataclasses.asdict(value) if is_record else np.asarray(value, float).tolist()
+
+    try:
+        return json.dumps(dict(options), sort_keys=True, allow_nan=False, default=plainly)
+    except (TypeError, ValueError) as error:
+        raise CaregiverError(f"task_kwargs must be numbers, texts, or lists or dictionaries of such: {error}") from None
+
+
+def record_of_plan(plan: FloorPlan) -> dict[str, Any]:
+    """Return a house as JSON, but what a collision costs in it."""
+    return {"name": plan.name, "cell_size": plan.cell_size, "rows": list(plan.rows)}
+
+
+def plan_of_record(record: Any, damage: DamageWeights) -> FloorPlan:
+    """Return the house that `record_of_plan` has written.
+
+    Raises:
+        CaregiverError: It is none.
+        KeyError: Something is missing.
+    """
+    check_kind("a house", record, dict)
+    check_kind("the cell size", record["cell_size"], Number)
+    return FloorPlan.parse("\n".join(record["rows"]), record["name"], record["cell_size"], damage)
+
+
+def episode_seed(seed: int, episode: int) -> int:
+    """Return the seed of an episode, by the run's seed and the episode's number alone."""
+    return int(np.random.SeedSequence([seed, episode]).generate_state(1)[0])
+
+
+def episode_random(seed: int) -> np.random.RandomState:
+    """Return the source of all chance in the episode of a seed; the house draws more from it than the grid."""
+    return np.random.RandomState(seed)
+
+
+def episode_tapes(seed: int, children: int) -> tuple[Tape, ...]:
+    """Return what is drawn of it first in both worlds: the chance of the children."""
+    return Tape.draw_family(episode_random(seed), children)

@@ -1,0 +1,116 @@
+"""The runner: one loop for both worlds, whose observers change nothing, and which Gymnasium drives step by step."""
+
+import numpy as np
+import pytest
+
+from caregiver_mj.children.tape import EPISODE_TIMESTEPS
+from caregiver_mj.envs.house import HouseEnv
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.runner import DivergenceError, make_grid, make_house, run
+from caregiver_mj.experiments.spec import EpisodeSpec, episode_tapes
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.policy.own import make_policy
+
+PLAN = FloorPlan.parse("########\n#B..S..#\n#......#\n#.C..T.#\n#...B..#\n########", "small")
+HERE = __name__
+SECONDS, STEPS = 20.0, 1000
+HOUSE = EpisodeSpec(PLAN, 1.0, "nearest", seed=3, task_kwargs={"time_limit": SECONDS})
+GRID = [EpisodeSpec(PLAN, family, "nearest", i, "grid", 3) for family in (1.0, 0.25) for i in range(2)]
+
+
+def rows(outcome):
+    """What is measured, without the clock."""
+    return [{name: value for name, value in row.items() if name != "wall_seconds"} for row in outcome.measured]
+
+
+def same(one, other):
+    return rows(one) == rows(other) and one.answers == other.answers and np.array_equal(one.visits, other.visits)
+
+
+@pytest.fixture(scope="module")
+def in_house():
+    return run([HOUSE])
+
+
+def wild(env):
+    """A policy in whose hands the simulation diverges."""
+
+    def act(timestep):
+        env.physics.data.qvel[:] = 1e12
+        return np.zeros(env.action_spec().shape)
+
+    return act
+
+
+def slow(env):
+    """A policy of actions of its own."""
+
+    def act(timestep):
+        action = np.zeros(env.action_spec().shape)
+        action[0] = 0.1 * np.sin(timestep.observation["clock"])
+        return action
+
+    return act
+
+
+def test_observers_see_every_step_and_change_no_row(in_house):
+    looks = []
+
+    def look(rollout):
+        rollout.outcomes()
+        looks.append(rollout.ledger.damage.copy())
+
+    assert same(run(GRID, [look]), run(GRID))
+    assert len(looks) == 1 + EPISODE_TIMESTEPS
+    looks.clear()
+    assert same(run([HOUSE], [look]), in_house)
+    assert len(looks) == 1 + STEPS
+    assert in_house.measured[0]["damage"] > 0
+
+
+def test_a_batch_has_the_rows_of_its_episodes_one_by_one():
+    together = rows(run(GRID))
+    assert together == [rows(run([spec]))[0] for spec in GRID]
+    assert len({row["damage"] for row in together}) > 1
+
+
+def test_an_environment_of_gymnasium_has_the_same_episode(in_house):
+    env = HouseEnv("supervise", PLAN, 1.0, task_kwargs={"time_limit": SECONDS})
+    policy = make_policy(env.dm_env, HOUSE.caregiver, HOUSE.seed)
+    env.reset(seed=HOUSE.own_seed)
+    truncated = False
+    while not truncated:
+        *_, truncated, info = env.step(policy(env.timestep))
+    (row,) = rows(in_house)
+    assert info["outcome"] | {"sim_seconds": env.dm_env.physics.time()} == row
+
+
+def test_answers_are_given_again(in_house):
+    assert same(run([HOUSE], answers=in_house.answers), in_house)
+    batch = run(GRID)
+    assert same(run(GRID, answers=batch.answers), batch)
+    own = EpisodeSpec(PLAN, 1.0, f"{HERE}:slow", task_kwargs={"time_limit": 1.0})
+    found = run([own])
+    assert same(run([own], answers=found.answers), found)
+
+
+def test_it_runs_on_until_a_condition_holds():
+    house = make_house(HOUSE, visuals=False)
+    house.begin(HOUSE.own_seed)
+    assert house.run_on(until=lambda: house.steps == 7)
+    assert (house.steps, house.over) == (7, False)
+    assert house.seconds == pytest.approx(0.14)
+    assert not house.run_on()
+    assert (house.steps, house.over, house.action) == (STEPS, True, None)
+    grid = make_grid(GRID)
+    grid.reset([episode_tapes(spec.own_seed, 1) for spec in GRID])
+    assert grid.run_on(until=lambda: grid.timestep == 7)
+    assert not grid.run_on()
+    assert grid.timestep == EPISODE_TIMESTEPS
+
+
+def test_a_divergence_is_an_error_that_says_where():
+    spec = EpisodeSpec(PLAN, 1.0, f"{HERE}:wild", 4, seed=2, task_kwargs={"time_limit": 1.0})
+    with pytest.raises(DivergenceError, match=r"diverge at \d\.\d s of episode 4 of seed 2, .* in house 'small'"):
+        run([spec])
+    assert issubclass(DivergenceError, CaregiverError)

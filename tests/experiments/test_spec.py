@@ -1,0 +1,172 @@
+"""The specification of an episode: written and read as JSON, hashed whole, and what is refused."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from caregiver_mj.caregivers.server import Queries
+from caregiver_mj.children.novice import Novice
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.experiments.spec import EpisodeSpec, episode_seed
+from caregiver_mj.house.sensing import Blur, Sensing
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import DamageWeights
+
+TEXT = "########\n#B..S..#\n#......#\n#.C..T.#\n#...B..#\n########"
+PLAN = FloorPlan.parse(TEXT, "tiny")
+ASKS = EpisodeSpec(PLAN, 0.5, "http://127.0.0.1:9")
+
+share = st.floats(0.0, 1.0)
+number = st.none() | st.integers(-9, 9) | st.floats(allow_nan=False, allow_infinity=False) | st.booleans() | st.text()
+queries = st.builds(
+    Queries,
+    max_calls=st.none() | st.integers(0, 2**40),
+    patience=st.floats(0.0, 86_400.0),
+    thinking=st.sampled_from(["waits", "real-time"]),
+    frames=st.booleans(),
+)
+specs = st.builds(
+    EpisodeSpec,
+    plan=st.builds(
+        FloorPlan.parse,
+        st.just(TEXT),
+        st.sampled_from(["tiny", "ä/b"]),
+        st.floats(0.5, 2.0),
+        st.builds(DamageWeights, st.floats(0.0, 1e3), share, share, mug=share),
+    ),
+    family=st.lists(share, min_size=1, max_size=3),
+    caregiver=st.sampled_from(
+        ["none", "floor", "foresight", "random-actions", "http://127.0.0.1:9", "chat:m", "a.b:c"]
+    ),
+    episode=st.none() | st.integers(0, 2**40),
+    world=st.sampled_from(["house", "grid"]),
+    seed=st.integers(0, 2**80),
+    embodiment=st.sampled_from(["mobile_fr3", "mobile_ur5e"]),
+    sight=st.sampled_from(["all", "walls", "rooms:3"]),
+    task=st.sampled_from(["supervise", "block_stairs", "targets"]),
+    task_kwargs=st.dictionaries(st.text(), number | st.lists(number) | st.dictionaries(st.text(), number)),
+    queries=queries,
+)
+
+
+@settings(deadline=None, max_examples=40)
+@given(specs)
+def test_it_is_read_as_it_was_written(spec):
+    again = EpisodeSpec.of_record(json.loads(json.dumps(spec.record(), allow_nan=False)))
+    assert again == spec
+    assert (hash(again), again.digest()) == (hash(spec), spec.digest())
+
+
+OTHER = {
+    "plan": [
+        FloorPlan.parse(TEXT, "other"),
+        FloorPlan.parse(TEXT, "tiny", 0.8),
+        FloorPlan.parse(TEXT.replace("#...B", "#..TB"), "tiny"),
+        FloorPlan.parse(TEXT, "tiny", damage=DamageWeights(mug=9.0)),
+    ],
+    "family": ["0.25", "0.5,0.5", "toddler:0.5"],
+    "caregiver": ["foresight", "https://127.0.0.1:9"],
+    "episode": [1, None],
+    "world": ["grid"],
+    "seed": [1],
+    "embodiment": ["mobile_ur5e"],
+    "sight": ["walls", "rooms:1"],
+    "task": ["block_stairs"],
+    "task_kwargs": [
+        {"control_timestep": 0.04},
+        {"table_offset": 0.1},
+        {"candle_offset": 0.0},
+        {"time_limit": 60.0},
+        {"sensing": {"child": {"noise": 0.01}}},
+    ],
+    "queries": [
+        Queries(max_calls=3),
+        Queries(max_tokens=3),
+        Queries(patience=3.0),
+        Queries(thinking="real-time"),
+        Queries(frames=True),
+    ],
+}
+
+
+def test_any_field_that_changes_changes_its_hash():
+    assert {*OTHER, "file"} == {field.name for field in dataclasses.fields(EpisodeSpec)}
+    others = [dataclasses.replace(ASKS, **{name: value}) for name, values in OTHER.items() for value in values]
+    models = [dataclasses.replace(ASKS, caregiver="chat:m", queries=Queries(f"http://{host}/v1")) for host in "ab"]
+    digests = [spec.digest() for spec in (ASKS, *others, *models)]
+    assert len(set(digests)) == len(digests)
+
+
+def test_what_changes_no_row_does_not_change_it():
+    same = dataclasses.replace(ASKS, file="mine.txt", queries=Queries(folder="run/exchanges"))
+    assert same.digest() == ASKS.digest()
+    assert dataclasses.replace(ASKS, caregiver="nearest", queries=Queries(max_calls=3)).queries == Queries()
+
+
+def test_fields_are_taken_as_people_write_them():
+    sensing = Sensing(child=Blur(noise=0.01))
+    spec = EpisodeSpec(
+        "paper", [1.0, 0.25], seed=np.int64(4), task_kwargs={"sensing": sensing, "table_offset": np.float64(0.1)}
+    )
+    assert (spec.plan, str(spec.family), spec.seed) == (FloorPlan.load("paper"), "1,0.25", 4)
+    assert Sensing.of(spec.options["sensing"]) == sensing
+    assert spec.options["table_offset"] == 0.1
+    assert EpisodeSpec(PLAN, seed=4, episode=2).own_seed == episode_seed(4, 2)
+    assert EpisodeSpec(PLAN, seed=4, episode=None).own_seed == 4
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"world": "moon"}, "no world 'moon': there are house, grid"),
+        ({"task": "fly"}, "no task 'fly': there are supervise, .*, targets"),
+        ({"world": "grid", "task": "block_stairs"}, "task must be supervise or targets in the grid"),
+        ({"world": "grid", "task_kwargs": {"time_limit": 1.0}}, "with no task_kwargs"),
+        ({"episode": -1}, "episode must be an integer of at least 0, got -1"),
+        ({"seed": 0.5}, "seed must be an integer of at least 0, got 0.5"),
+        ({"caregiver": "nanny"}, "no caregiver 'nanny'"),
+        ({"embodiment": "butler"}, "no robot 'butler'"),
+        ({"caregiver": "http://127.0.0.1:9", "queries": Queries(max_calls=-1)}, "max_calls must be"),
+    ],
+)
+def test_what_cannot_be_run_is_refused(wrong, words):
+    spec = EpisodeSpec(PLAN, **wrong)
+    with pytest.raises(CaregiverError, match=words):
+        spec.check()
+
+
+def test_what_cannot_be_written_is_refused():
+    with pytest.raises(CaregiverError, match="task_kwargs must be numbers, texts"):
+        EpisodeSpec(PLAN, task_kwargs={"sensing": object()})
+    with pytest.raises(CaregiverError, match="children of a specification must be given by name"):
+        EpisodeSpec(PLAN, Novice(PLAN, 0.5)).record()
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"caregiver": 3}, "caregiver must be a str, got 3"),
+        ({"sight": []}, "sight must be a str"),
+        ({"plan": "paper"}, "a house must be a dict"),
+        ({"task_kwargs": []}, "task_kwargs must be a dict"),
+        ({"queries": {"key": "x"}}, "queries must be base_url, .*, got 'key'"),
+        ({"queries": {"patience": "x"}}, "patience, in seconds,"),
+        ({"family": "wild"}, "a family must be the epsilon"),
+    ],
+)
+def test_a_record_of_something_else_is_refused(change, words):
+    with pytest.raises(CaregiverError, match=words):
+        EpisodeSpec.of_record(ASKS.record() | change)
+
+
+def test_settings_are_a_set_of_them():
+    run = Settings(PLAN, "grid", ("none", "nearest"), (1.0, "0.5"), 3, 7, sight="walls")
+    found = [spec for block in run.blocks() for spec in run.specs(block)]
+    assert len({spec.digest() for spec in found}) == len(found) == 2 * 2 * 3
+    assert EpisodeSpec(PLAN, 0.5, "nearest", 2, "grid", 7, sight="walls") in found
+    assert dataclasses.replace(run, families=("0.5",)) == Settings.around(found[-1], run.caregivers, 3)
