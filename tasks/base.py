@@ -16,7 +16,7 @@ from caregiver_mj.caregivers.told import Truth
 from caregiver_mj.children.family import Family, Who
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Random, Tape, random_state, start_cells
 from caregiver_mj.children.walk import WALKING_SPEED, novice_timestep
-from caregiver_mj.errors import CaregiverError, check_kind, check_number
+from caregiver_mj.errors import CaregiverError, UnknownOptionError, check_kind, check_number
 from caregiver_mj.house.candles import Candles, watch_candle
 from caregiver_mj.house.children import Children
 from caregiver_mj.house.observer import Observer
@@ -75,6 +75,25 @@ OBSERVED = {
 }
 
 
+@dataclasses.dataclass(frozen=True)
+class Placement:
+    """Where tables stand and candles start."""
+
+    candle_offset: float = (
+        _CANDLE_OFFSET  #: how far off a table's centre a candle starts at most, in x and in y, metres
+    )
+    table_offset: float = 0.0  #: how far off its place in the plan a table stands at most, likewise; drawn once
+    #: how high all tables are, metres; or the lowest and the highest that one may be, and each is drawn in between,
+    #: once. The observation then has the heights. None for those of the table's model
+    table_height: float | Sequence[float] | None = None
+
+    def check(self, plan: FloorPlan) -> None:
+        """Raise CaregiverError if an offset is out of range."""
+        room = max(0.0, plan.cell_size / 2 - layout.TABLE_HALF_SIZE)  # of a table in its cell
+        check_number("candle_offset, in metres,", self.candle_offset, 0, layout.TABLE_HALF_SIZE)
+        check_number("table_offset, in metres,", self.table_offset, 0, room)
+
+
 class CareTask(control.Task):
     """An episode in a house: children walk about, a robot acts. Tasks add a goal and a reward.
 
@@ -116,12 +135,10 @@ class CareTask(control.Task):
         robot: bool = True,
         embodiment: Embodiment | str | None = None,
         control_timestep: float = CONTROL_TIMESTEP,
-        candle_offset: float = _CANDLE_OFFSET,
-        table_offset: float = 0.0,
         compliant_children: bool = False,
-        table_height: float | Sequence[float] | None = None,
         sensing: Sensing | Mapping[str, Any] | None = None,
         sight: Sight | str = "all",
+        **placement: Any,
     ):
         """Prepare the episodes.
 
@@ -133,25 +150,25 @@ class CareTask(control.Task):
             embodiment: Which one, or its name; the default one if None.
             control_timestep: Seconds between actions. A `CaregiverPolicy` wants no more than 0.06 s; actions of your
                 own may be farther apart, up to a child's move.
-            candle_offset: How far off a table's centre a candle starts, at most, in x and in y, metres.
-            table_offset: How far off its place in the plan a table stands, at most, likewise; drawn once.
             compliant_children: Whether the children give way to a push, so that forces on them mean something; else
                 they are kinematic.
-            table_height: How high all tables are, metres; or the lowest and the highest that one may be, and each is
-                drawn in between, once. The observation then has the heights. None for those of the table's model.
             sensing: How well observations show what there is, as `Sensing.of` takes it; None for exactly.
             sight: Which children they show: `all`, or those that are seen, as `Sight.of` takes it.
+            placement: Fields of `Placement`.
 
         Raises:
+            UnknownOptionError: It has no such field.
             CaregiverError: There is no robot of that name, the house is not fit for the task and its robot, a timestep,
                 an offset, a height or a number of the sensing is out of range, or a bool is none.
         """
         check_kind("robot", robot, bool)
         check_kind("compliant_children", compliant_children, bool)
         _check_timestep(control_timestep, plan)
-        room = max(0.0, plan.cell_size / 2 - layout.TABLE_HALF_SIZE)  # of a table in its cell
-        check_number("candle_offset, in metres,", candle_offset, 0, layout.TABLE_HALF_SIZE)
-        check_number("table_offset, in metres,", table_offset, 0, room)
+        try:
+            placed = Placement(**placement)
+        except TypeError as error:
+            raise UnknownOptionError(f"task_kwargs: {str(error).partition('() ')[2]}") from None
+        placed.check(plan)
         self.reseed(random)
         self.plan, self.family = plan, Family.of(family)
         self.has_robot, self.embodiment = robot, find_embodiment(embodiment)
@@ -159,10 +176,10 @@ class CareTask(control.Task):
         self.novice_timestep = novice_timestep(control_timestep, plan.cell_size)
         self.children = Children(plan, self.family.make(plan), self.novice_timestep, compliant_children)
         rectangles = layout.Layout(plan).tables.copy()
-        if table_offset:
-            rectangles[:, :2] += self.random.uniform(-table_offset, table_offset, (len(plan.tables), 2))
-        self._shows_heights = table_height is not None
-        self.candles = Candles(rectangles, _draw_heights(table_height, len(plan.tables), self.random))
+        if offset := placed.table_offset:
+            rectangles[:, :2] += self.random.uniform(-offset, offset, (len(plan.tables), 2))
+        self._shows_heights = placed.table_height is not None
+        self.candles = Candles(rectangles, _draw_heights(placed.table_height, len(plan.tables), self.random))
         self.things = Things(plan)
         tables = np.column_stack([rectangles, self.candles.table_heights])
         self.observer = Observer(
@@ -170,7 +187,7 @@ class CareTask(control.Task):
         )
         self.caregiver: Caregiver | None = None
         self.caregiver_seed = 0
-        self._candle_offset = candle_offset
+        self._candle_offset = placed.candle_offset
         self._steps_a_move = round(self.novice_timestep / control_timestep)
         self._control_steps = 0
         if robot:

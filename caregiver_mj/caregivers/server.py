@@ -83,9 +83,10 @@ class Queries:
         If one is a model and there is no address of models, it is the environment's, as for OpenAI's client.
         """
         asks = [name for name in names if name.startswith(SCHEMES)]
+        if not asks:
+            return Queries()
         models = any(name.startswith("chat:") for name in asks)
-        where = (self.base_url or os.environ.get(BASE_URL, "")) if models else ""
-        return dataclasses.replace(self if asks else Queries(), base_url=where)
+        return dataclasses.replace(self, base_url=(self.base_url or os.environ.get(BASE_URL, "")) if models else "")
 
     def record(self) -> dict[str, Any]:
         """Return all that answers depend on, as JSON."""

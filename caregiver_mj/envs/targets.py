@@ -10,7 +10,6 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from caregiver_mj.caregivers.target_map import Places
 from caregiver_mj.caregivers.target_observation import Observations
 from caregiver_mj.children.family import Who
 from caregiver_mj.envs.spaces import Seed, check_render_mode, episode_seed, observation_space, plain_seed
@@ -101,14 +100,12 @@ def make_targets(
     house: str | os.PathLike[str] | FloorPlan = "paper",
     epsilon: Who | Sequence[Who] = 0.5,
     *,
-    observation: str = "numbers",
-    slots: Places | None = None,
-    shape: Sequence[int] | None = None,
     task_kwargs: dict[str, Any] | None = None,
     render_mode: str | None = None,
     width: int = 640,
     height: int = 480,
     camera: str = OVERVIEW,
+    **options: Any,
 ) -> TargetsEnv:
     """Make an environment whose actions are targets.
 
@@ -116,16 +113,16 @@ def make_targets(
         world: "grid", or "house", in which the robot carries them out.
         house: A floor plan, the name of one that comes with the package, or a path of one.
         epsilon: The children, as `load` takes them.
-        observation: What an observation is: "numbers", a dictionary; "flat", one array, its values in the order of that
-            dictionary's keys; or a "map" or a "graph" of the house, with the rest beside it in a dictionary.
-        slots: How many places for stairwells and for candles, and (a third number) for what lies on the floor, actions
-            and observations have, so that they are of one size in different houses; as many as the house has if None.
-        shape: Rows and columns that a map has, or that a graph has nodes for, likewise.
         task_kwargs: Further arguments of the task in the house, as `load` takes them.
         render_mode: "rgb_array" or None. A picture of the grid is its floor plan, with whoever is where.
         width: Of a picture, in pixels.
         height: Likewise.
         camera: Its camera, in the house.
+        options: `observation`, what an observation is: "numbers", a dictionary; "flat", one array, its values in the
+            order of that dictionary's keys; or a "map" or a "graph" of the house, with the rest beside it in a
+            dictionary. `slots`, how many places for stairwells and for candles, and (a third number) for what lies on
+            the floor, actions and observations have, so that they are of one size in different houses; as many as the
+            house has if None. `shape`, rows and columns that a map has, or that a graph has nodes for, likewise.
 
     Raises:
         CaregiverError: There is no such world, observation or render mode, slots or shape do not do; or as of `load`.
@@ -133,7 +130,6 @@ def make_targets(
     if world not in WORLDS:
         raise CaregiverError(f"no world '{world}': there are {', '.join(WORLDS)}")
     check_render_mode(render_mode)
-    options = {"observation": observation, "slots": slots, "shape": shape}
     if world == "grid":
         if task_kwargs or camera != OVERVIEW:
             raise CaregiverError(

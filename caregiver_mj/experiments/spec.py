@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import hashlib
 import itertools
 import json
@@ -282,6 +283,7 @@ def plan_of_record(record: Any, damage: DamageWeights) -> FloorPlan:
     return FloorPlan.parse("\n".join(record["rows"]), record["name"], record["cell_size"], damage)
 
 
+@functools.lru_cache(maxsize=2048)  # families of a batch have the same
 def episode_seed(seed: int, episode: int) -> int:
     """Return the seed of an episode, by the run's seed and the episode's number alone."""
     return int(np.random.SeedSequence([seed, episode]).generate_state(1)[0])
