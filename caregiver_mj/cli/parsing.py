@@ -275,7 +275,7 @@ def read_answers(arguments: argparse.Namespace) -> tuple[str, ...]:
     blocks = [block for block in run.blocks() if block.caregiver == arguments.caregiver]
     results = (read_block(found.path, str(block)) or {} for block in blocks)
     answers = tuple(text for result in results if isinstance(text := result.get("answers"), str) and text)
-    if more or others or run.world != "house" or not answers or len(answers) < len(blocks):
+    if more or others or run.options or run.world != "house" or not answers or len(answers) < len(blocks):
         raise CaregiverError(
             f"--answers must be a run of one house, not of the grid, with one epsilon, and answers of "
             f"'{arguments.caregiver}', got '{arguments.answers}'"

@@ -15,7 +15,7 @@ from caregiver_mj.children.family import CHILDREN, ChildSpec, Family
 from caregiver_mj.danger import child_model
 from caregiver_mj.errors import CaregiverError, check_integer, check_kind
 from caregiver_mj.experiments.provenance import origins, source_digest, versions
-from caregiver_mj.experiments.spec import FLOOR, Conditions, EpisodeSpec, plan_of_record, record_of_plan
+from caregiver_mj.experiments.spec import FLOOR, SUPERVISE, Conditions, EpisodeSpec, plan_of_record, record_of_plan
 from caregiver_mj.outside import plain
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
@@ -147,8 +147,11 @@ class Settings(Conditions):
     def check_installed(self) -> None:
         """Raise CaregiverError if its children or its robot are others than the package's own or installed plug-ins.
 
-        A caregiver may be any, for its answers are given again.
+        Nor may its task be another one, whose options could make an episode run for ever. A caregiver may be any, for
+        its answers are given again.
         """
+        if self.task != SUPERVISE or self.options:
+            raise CaregiverError(f"its task must be {SUPERVISE} without task_kwargs: --trust runs another one")
         names: list[tuple[str, Mapping[str, Any], str]] = [("child", CHILDREN, name) for name in self._behaviours()]
         if self.world == "house":
             from caregiver_mj.robot.embodiments import EMBODIMENTS  # here, for the grid does without MuJoCo

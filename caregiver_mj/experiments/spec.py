@@ -9,7 +9,7 @@ import itertools
 import json
 import os
 from collections.abc import Mapping, Sequence
-from numbers import Integral, Number
+from numbers import Integral
 from typing import Any
 
 import numpy as np
@@ -33,6 +33,7 @@ FLOOR = "floor"  # bare-tables baseline: damage that no caregiver can prevent
 NOBODY = ("none", FLOOR)  # baselines, in the place of a caregiver
 
 
+_OWN_FIELDS = ("family", "random", "robot", "embodiment", "sight")  # of what a task takes
 # Fields that records of older versions lack, as JSON: a record has them where they are others.
 _USUAL: dict[str, Any] = {
     "file": "",
@@ -61,7 +62,7 @@ class Conditions:
         options: Any = self.task_kwargs
         vars(self).update(
             sight=self.sight if self.sight == "all" else str(Sight.of(self.sight)),
-            task_kwargs=options if isinstance(options, str) else _json(options),
+            task_kwargs="{}" if options == "{}" else _json(options),
         )
 
     @property
@@ -249,11 +250,11 @@ class EpisodeSpec(Conditions):
         return hashlib.sha256(json.dumps(whole, sort_keys=True, allow_nan=False).encode()).hexdigest()
 
 
-def _json(options: Mapping[str, Any]) -> str:
-    """Return options as JSON.
+def _json(options: Mapping[str, Any] | str) -> str:
+    """Return options of a task as JSON.
 
     Raises:
-        CaregiverError: One is no JSON, nor a data class such as `Sensing`, nor NumPy's.
+        CaregiverError: One is no JSON, nor a data class such as `Sensing`, nor NumPy's; or it is a field of its own.
     """
 
     def plainly(value: Any) -> Any:
@@ -261,7 +262,10 @@ def _json(options: Mapping[str, Any]) -> str:
         return dataclasses.asdict(value) if is_record else np.asarray(value, float).tolist()
 
     try:
-        return json.dumps(dict(options), sort_keys=True, allow_nan=False, default=plainly)
+        found = dict(json.loads(options) if isinstance(options, str) else options)
+        if own := [name for name in _OWN_FIELDS if name in found]:
+            raise CaregiverError(f"task_kwargs must be without {own[0]}, for which there is another field")
+        return json.dumps(found, sort_keys=True, allow_nan=False, default=plainly)
     except (TypeError, ValueError) as error:
         raise CaregiverError(f"task_kwargs must be numbers, texts, or lists or dictionaries of such: {error}") from None
 
@@ -279,7 +283,6 @@ def plan_of_record(record: Any, damage: DamageWeights) -> FloorPlan:
         KeyError: Something is missing.
     """
     check_kind("a house", record, dict)
-    check_kind("the cell size", record["cell_size"], Number)
     return FloorPlan.parse("\n".join(record["rows"]), record["name"], record["cell_size"], damage)
 
 

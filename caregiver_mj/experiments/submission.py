@@ -32,7 +32,7 @@ from caregiver_mj.experiments.provenance import difference, source_digest, versi
 from caregiver_mj.experiments.run_folder import Result, read_block, write_whole
 from caregiver_mj.experiments.score import with_costs
 from caregiver_mj.experiments.settings import GRID_BLOCK, Block, Settings
-from caregiver_mj.experiments.spec import NOBODY
+from caregiver_mj.experiments.spec import NOBODY, SUPERVISE
 from caregiver_mj.experiments.summary import judge_run
 from caregiver_mj.experiments.workers import Executor
 from caregiver_mj.outside import (
@@ -297,6 +297,8 @@ def check_comparable(submission: Submission) -> Submission:
     """Return a submission; raise CaregiverError unless its run has `none`, with which the others are compared."""
     if "none" not in (names := submission.settings.caregivers):
         raise CaregiverError(f"'{submission.path}' must have the caregiver 'none', to compare with, got {[*names]}")
+    if submission.settings.task != SUPERVISE or submission.settings.options:
+        raise CaregiverError(f"'{submission.path}' must be of task {SUPERVISE} without task_kwargs, to be compared")
     return submission
 
 

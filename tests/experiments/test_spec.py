@@ -164,6 +164,17 @@ def test_a_record_of_something_else_is_refused(change, words):
         EpisodeSpec.of_record(ASKS.record() | change)
 
 
+def test_options_of_a_stranger_name_no_code_and_change_no_task():
+    record = Settings(PLAN, caregivers=("none",), episodes=1).record()
+    for name in ("embodiment", "family", "robot", "random", "sight"):
+        with pytest.raises(CaregiverError, match=f"task_kwargs must be without {name}"):
+            Settings.of_record(record | {"task_kwargs": {name: "os:abort"}})
+    for change in ({"task_kwargs": {"control_timestep": 1e-9}}, {"task": "block_stairs"}):
+        with pytest.raises(CaregiverError, match="its task must be supervise without task_kwargs: --trust"):
+            Settings.of_record(record | change).check_installed()
+    Settings.of_record(record).check_installed()
+
+
 def test_settings_are_a_set_of_them():
     run = Settings(PLAN, "grid", ("none", "nearest"), (1.0, "0.5"), 3, 7, sight="walls")
     found = [spec for block in run.blocks() for spec in run.specs(block)]
