@@ -217,7 +217,7 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
         """Write them into the folder that is meant for that, frames as files of their own."""
         if self.queries.folder:
             folder = pathlib.Path(self.queries.folder)
-            folder.mkdir(exist_ok=True)
+            folder.mkdir(parents=True, exist_ok=True)
             for frames in (exchange["question"].get("frames", {}) for exchange in exchanges):
                 for camera, text in frames.items():
                     content = base64.b64decode(text)

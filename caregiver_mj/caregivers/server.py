@@ -149,7 +149,7 @@ class Budget:
     def _append(self, name: str, content: bytes) -> int:
         """Append to a file; return the bytes from its beginning to the end of what was written."""
         file = self._file(name)
-        file.parent.mkdir(exist_ok=True)
+        file.parent.mkdir(parents=True, exist_ok=True)  # also on another machine
         with open(file, "ab", buffering=0) as opened:
             opened.write(content)
             return opened.tell()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import dataclasses
 import functools
 import json
 import pathlib
@@ -69,7 +68,7 @@ def add_evaluate(command: argparse.ArgumentParser) -> None:
 def _run(arguments: argparse.Namespace) -> None:
     with contextlib.ExitStack() as within:
         folder_of_run = arguments.out or within.enter_context(tempfile.TemporaryDirectory())
-        settings = _settings(arguments, str(pathlib.Path(folder_of_run, "exchanges")))
+        settings = _settings(arguments, pathlib.Path(folder_of_run, "exchanges"))
         if settings.world == "house" and set(settings.caregivers) - {"none", FLOOR}:
             for plan in settings.plans:
                 parsing.warn_of_no_room(plan)
@@ -90,7 +89,7 @@ def _run(arguments: argparse.Namespace) -> None:
         print(json.dumps(result.summary, indent=1, allow_nan=False))
 
 
-def _settings(arguments: argparse.Namespace, exchanges: str) -> Settings:
+def _settings(arguments: argparse.Namespace, exchanges: pathlib.Path) -> Settings:
     """What to run, checked before anything is written; questions are to be kept in a folder of that name."""
     plans = parsing.read_houses(arguments)
     file = "" if arguments.houses or arguments.house == plans[0].name else arguments.house
@@ -105,7 +104,7 @@ def _settings(arguments: argparse.Namespace, exchanges: str) -> Settings:
         seed=arguments.seed,
         embodiment=arguments.embodiment,
         sight=arguments.sight,
-        queries=dataclasses.replace(parsing.read_queries(arguments), folder=exchanges),
+        queries=parsing.read_queries(arguments, exchanges),
     )
     settings.check()
     if arguments.resume and arguments.out is None:

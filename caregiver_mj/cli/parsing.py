@@ -115,9 +115,7 @@ def add_sight(command: argparse.ArgumentParser) -> None:
 def add_queries(command: argparse.ArgumentParser) -> None:
     """Add how caregivers elsewhere are asked, for `read_queries`."""
     usual, until = Queries(), "of the run, also when it is resumed; then they abstain"
-    command.add_argument(
-        "--base-url", default="", metavar="URL", help="where chat:MODEL is; its key is in OPENAI_API_KEY"
-    )
+    command.add_argument("--base-url", metavar="URL", help="where chat:MODEL is; its key is in OPENAI_API_KEY")
     command.add_argument("--max-calls", type=int, metavar="N", help=f"requests to models and servers {until}")
     command.add_argument("--max-tokens", type=int, metavar="N", help=f"tokens of models {until}")
     command.add_argument(
@@ -132,10 +130,11 @@ def add_queries(command: argparse.ArgumentParser) -> None:
     command.add_argument("--frames", action="store_true", help="models and servers get pictures of the house, too")
 
 
-def read_queries(arguments: argparse.Namespace) -> Queries:
-    """Return what `add_queries`'s options say."""
-    names = ("base_url", "max_calls", "max_tokens", "patience", "thinking", "frames")
-    queries = Queries(**{name: getattr(arguments, name) for name in names})
+def read_queries(arguments: argparse.Namespace, folder: str | os.PathLike[str] = "") -> Queries:
+    """Return what `add_queries`'s options say; exchanges are kept, and counted, in a folder if there is one."""
+    names = ("max_calls", "max_tokens", "patience", "thinking", "frames")
+    said = {name: getattr(arguments, name) for name in names}
+    queries = Queries(arguments.base_url or "", folder=os.fspath(folder), **said)
     queries.check()
     return queries
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import dataclasses
 import functools
 import pathlib
 import re
@@ -84,10 +85,12 @@ def _run(arguments: argparse.Namespace) -> None:
         raise CaregiverError(
             f"caregiver '{spec.caregiver}' must be with --answers DIR, one that `caregiver-mj view` has kept"
         )
-    recording = Recording(spec, tuple(arguments.camera), _size(arguments.size), answers)
-    recording.check()
     name = arguments.name or _name(spec)
     target = pathlib.Path(arguments.out, name) if arguments.format == "minari" else pathlib.Path(arguments.out)
+    unfinished = target.parent / f".{target.name}.episodes"
+    spec = dataclasses.replace(spec, queries=parsing.read_queries(arguments, unfinished / "exchanges"))
+    recording = Recording(spec, tuple(arguments.camera), _size(arguments.size), answers)
+    recording.check()
     check(arguments, recording, name, target)
     robot = spec.embodiment if spec.world == "house" else None
     code = origins([] if spec.caregiver == RANDOM else [spec.caregiver], [spec.family], robot)
@@ -103,7 +106,7 @@ def _run(arguments: argparse.Namespace) -> None:
         **({"answers": arguments.answers} if answers else {}),
     }
     executor = LocalExecutor(arguments.jobs)
-    folder = RunFolder(target.with_name(f".{target.name}.episodes"), asked, resume=arguments.resume)
+    folder = RunFolder(unfinished, asked, resume=arguments.resume)
     store = Store(folder.path)
     store.check_none_beyond(arguments.episodes)
     with store.gone_if_empty():

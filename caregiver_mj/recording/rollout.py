@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 class Rollout(abc.ABC):
     """Episodes under way: one in the house, a batch of them in the grid.
 
-    `run_on` is the only loop over an episode. Films, data sets and logs of answers observe it; an environment of
-    Gymnasium, whose actions come from outside, calls `step` itself.
+    `run_on` is the only loop over an episode. Data sets and logs of answers observe it, films and viewers run it on
+    from picture to picture, and an environment of Gymnasium, whose actions come from outside, drives it step by step.
 
     Attributes:
         observers: Called with it when its episode has begun, and after every step. They change nothing.
