@@ -15,7 +15,7 @@ from caregiver_mj.children.family import Who
 from caregiver_mj.envs.spaces import Seed, check_render_mode, episode_seed, observation_space, plain_seed
 from caregiver_mj.envs.target_grid import TargetGrid
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments.settings import WORLDS
+from caregiver_mj.experiments.spec import WORLDS
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 OVERVIEW = "overview"  # the camera, unless another one is asked for
