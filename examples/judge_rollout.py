@@ -69,11 +69,12 @@ def measure(job: Job) -> dict[str, Any]:
             spent.append((time.process_time() - began) / len(damage))
         return found
 
-    def count() -> None:
+    def count(_: GridWorld) -> None:
         damage[:] += rollout_caregiver.to_expect(world)
 
     caregiver.decide = timed
-    world.run(tapes * len(children), count)
+    world.observers = [count]
+    world.run(tapes * len(children))
     share = caregiver.others / caregiver.decisions if job.caregiver == SEARCH else np.zeros(len(damage))
     by_epsilon = {"damage": damage, "otherwise": share}
     found = {name: each.reshape(len(children), -1).tolist() for name, each in by_epsilon.items()}
