@@ -199,7 +199,8 @@ def run(specs: Sequence[EpisodeSpec], observers: Sequence[Observer] = (), *, ans
     rollout: Any
     if first.in_grid:
         rollout = make_grid(specs, answers)
-        begin = functools.partial(rollout.reset, [episode_tapes(spec.own_seed, len(spec.family)) for spec in specs])
+        tapes = functools.cache(episode_tapes)  # families of a batch have the same
+        begin = functools.partial(rollout.reset, [tapes(spec.own_seed, len(spec.family)) for spec in specs])
     else:
         (first,) = specs
         make = make_house if answers else _kept_house
