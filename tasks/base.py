@@ -135,6 +135,7 @@ class CareTask(control.Task):
         robot: bool = True,
         embodiment: Embodiment | str | None = None,
         control_timestep: float = CONTROL_TIMESTEP,
+        *,
         compliant_children: bool = False,
         sensing: Sensing | Mapping[str, Any] | None = None,
         sight: Sight | str = "all",
@@ -196,6 +197,16 @@ class CareTask(control.Task):
 
     def _check_house(self) -> None:
         """Raise CaregiverError unless the house is fit for the task and its robot."""
+
+    @property
+    def sight(self) -> Sight:
+        """What observations show children by."""
+        return self.observer.sight
+
+    @property
+    def sensing(self) -> Sensing:
+        """How well they show what there is."""
+        return self.observer.sensing
 
     @property
     def table_positions(self) -> np.ndarray:
@@ -301,8 +312,8 @@ class CareTask(control.Task):
             plan=self.plan,
             family=self.family,
             embodiment=self.embodiment if self.has_robot else None,
-            sensing=self.observer.sensing,
-            sight=self.observer.sight,
+            sensing=self.sensing,
+            sight=self.sight,
             novice_timestep=self.novice_timestep,
             table_heights=self.table_heights.copy() if self._shows_heights and self.plan.tables else None,
             orders=None if type(self).orders is CareTask.orders else self.orders,

@@ -151,6 +151,16 @@ def test_a_robot_is_not_imported_either(given, tmp_path, capsys):
         Settings.of_record(parts["run.json"]).check_installed()
 
 
+def test_the_robot_of_a_run_in_the_grid_is_not_imported_for_a_film(given, tmp_path, capsys):
+    """The film of a report is of the house, whatever world the run is of."""
+    folder = shutil.copytree(given / "run", tmp_path / "run")
+    record = json.loads((folder / "run.json").read_text())
+    (folder / "run.json").write_text(json.dumps(record | {"embodiment": "antigravity:x"}))
+    assert run("report", folder, "--render") == 2
+    assert "its robot must be one of mobile_fr3, mobile_ur5e" in capsys.readouterr().err
+    assert "antigravity" not in sys.modules
+
+
 def test_names_of_a_run_folder_are_only_shown(given, tmp_path, capsys):
     folder = shutil.copytree(given / "run", tmp_path / "run")
     record = json.loads((folder / "run.json").read_text())

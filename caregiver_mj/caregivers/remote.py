@@ -29,6 +29,7 @@ from caregiver_mj.caregivers.server import (
     API_KEY,
     BASE_URL,
     MODEL_KEY,
+    MODELS,
     REAL_TIME,
     BudgetError,
     Queries,
@@ -48,7 +49,6 @@ _AT_ONCE = 8  # questions that are under way, of different episodes
 _CELLS = "child_cell", "previous_cell", "caregiver_cell"
 _ROWS = "previous_action", "candle_table", "holding", "out_of_reach", "shut", "gone", "clock", "under_way"
 _NEWS = "child_cell", "candle_table", "candle_cell", "holding", "out_of_reach", "shut", "gone"
-_MODELS = "https://api.openai.com/v1"  # where they are if nobody says
 _CAPTIONS = {"eye": "What the robot's camera sees:", "overview": "The house from above, north up:"}
 _SCHEMA = {
     "type": "object",
@@ -256,10 +256,10 @@ class ChatCaregiver(RemoteCaregiver):
     """Asks a model behind an interface as OpenAI's, whose key the environment has, as its client does."""
 
     def server(self) -> Server:
-        where = self.queries.base_url or _MODELS
-        if where == _MODELS and not os.environ.get(MODEL_KEY):
+        where = self.queries.base_url or MODELS
+        if where == MODELS and not os.environ.get(MODEL_KEY):
             raise CaregiverError(
-                f"chat:{self.address} requires a server, --base-url URL ({BASE_URL}), or a key for {_MODELS} in "
+                f"chat:{self.address} requires a server, --base-url URL ({BASE_URL}), or a key for {MODELS} in "
                 f"{MODEL_KEY}"
             )
         check_address(f"--base-url ({BASE_URL})", where)

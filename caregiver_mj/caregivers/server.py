@@ -25,6 +25,7 @@ Answer = TypeVar("Answer")
 SCHEMES = "http:", "https:", "chat:"  # of the names of caregivers that ask
 # Variables of the environment: keys, of servers and of models; and the address of models, as OpenAI's client takes it.
 API_KEY, MODEL_KEY, BASE_URL = "CAREGIVER_MJ_API_KEY", "OPENAI_API_KEY", "OPENAI_BASE_URL"
+MODELS = "https://api.openai.com/v1"  # where models are if nobody says
 WAITS, REAL_TIME = "waits", "real-time"
 LARGEST = 1_000_000  # bytes of an answer
 _MOST_PATIENCE = 86_400.0  # seconds, a day
@@ -34,17 +35,22 @@ _REMOVED = "[key]"
 _ESCAPE = re.compile(r"\\u([0-9a-fA-F]{4})")
 
 
-def check_address(what: str, address: str) -> None:
-    """Raise CaregiverError unless it is the address of a server, and holds no secret: it is printed and stored."""
-    where = address[:200]
+def check_no_secret(what: str, address: str) -> None:
+    """Raise CaregiverError if an address may hold a secret: it is printed and stored."""
     if any(mark in address for mark in "@?#"):
         where = re.split("[?#]", address[address.rfind("@") + 1 :])[0]
         raise CaregiverError(
             f"{what} must be an address without user, password, query and fragment, for it is printed and stored, "
             f"got one at '{where[:200]}': put a key into CAREGIVER_MJ_API_KEY, or OPENAI_API_KEY for chat:MODEL"
         )
+
+
+def check_address(what: str, address: str) -> None:
+    """Raise CaregiverError unless it is the address of a server, and holds no secret."""
+    check_no_secret(what, address)
     import httpx2 as httpx
 
+    where = address[:200]
     try:
         parts, port = urlsplit(address), httpx.URL(address).port
         whole = parts.scheme in ("http", "https") and bool(parts.hostname) and port in (None, parts.port)
@@ -76,21 +82,35 @@ class Queries:
             raise CaregiverError(f"thinking must be {WAITS} or {REAL_TIME}, got '{self.thinking}'")
         for name, kind in (("frames", bool), ("base_url", str), ("folder", str)):
             check_kind(name, getattr(self, name), kind)
+        check_no_secret(f"base_url, or {BASE_URL} of the environment,", self.base_url)
 
     def for_caregivers(self, names: Iterable[str]) -> Queries:
         """Return these as far as caregivers of some names depend on them.
 
-        If one is a model and there is no address of models, it is the environment's, as for OpenAI's client.
+        If one is a model and there is no address of models, it is the environment's, as for OpenAI's client, or else
+        OpenAI's own. It is then said, so that a process with another environment asks the same models.
         """
         asks = [name for name in names if name.startswith(SCHEMES)]
         if not asks:
             return Queries()
         models = any(name.startswith("chat:") for name in asks)
-        return dataclasses.replace(self, base_url=(self.base_url or os.environ.get(BASE_URL, "")) if models else "")
+        return dataclasses.replace(
+            self, base_url=(self.base_url or os.environ.get(BASE_URL) or MODELS) if models else ""
+        )
 
     def record(self) -> dict[str, Any]:
-        """Return all that answers depend on, as JSON."""
+        """Return all that answers depend on, as JSON.
+
+        Raises:
+            CaregiverError: The address may hold a secret.
+        """
+        check_no_secret(f"base_url, or {BASE_URL} of the environment,", self.base_url)
         return {name: value for name, value in vars(self).items() if name != "folder"}
+
+    @property
+    def is_limited(self) -> bool:
+        """Whether requests are counted."""
+        return self.max_calls is not None or self.max_tokens is not None
 
     @property
     def budget(self) -> Budget:

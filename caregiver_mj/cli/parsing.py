@@ -15,7 +15,7 @@ from caregiver_mj.children.family import CHILDREN, NOVICE, Family
 from caregiver_mj.cli import PROGRAM
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.run_folder import StorageError, read_block
-from caregiver_mj.experiments.spec import EpisodeSpec
+from caregiver_mj.experiments.spec import SUPERVISE, EpisodeSpec
 from caregiver_mj.experiments.workers import Executor, LocalExecutor
 from caregiver_mj.outside import plain
 from caregiver_mj.plans import floor_plan
@@ -274,13 +274,14 @@ def read_answers(arguments: argparse.Namespace) -> tuple[str, ...]:
     blocks = [block for block in run.blocks() if block.caregiver == arguments.caregiver]
     results = (read_block(found.path, str(block)) or {} for block in blocks)
     answers = tuple(text for result in results if isinstance(text := result.get("answers"), str) and text)
-    if more or others or run.options or run.world != "house" or not answers or len(answers) < len(blocks):
+    is_usual = run.world == "house" and run.task == SUPERVISE and not run.options
+    if more or others or not is_usual or not answers or len(answers) < len(blocks):
         raise CaregiverError(
             f"--answers must be a run of one house, not of the grid, with one epsilon, and answers of "
             f"'{arguments.caregiver}', got '{arguments.answers}'"
         )
     arguments.house, arguments.damage, arguments.epsilon = plan, str(plan.damage), str(family)
-    arguments.task, arguments.child, arguments.children = "supervise", NOVICE, None
+    arguments.task, arguments.child, arguments.children = SUPERVISE, NOVICE, None
     arguments.seed, arguments.embodiment, arguments.sight = run.seed, run.embodiment, run.sight
     return answers
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import functools
+import tempfile
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -64,7 +65,17 @@ def evaluate(
     if folder and any(isinstance(child, Behaviour) for family in settings.families for child in family.children):
         raise CaregiverError("children of a run in a folder must be given by name, such as module:object")
     try_all(settings)
-    executor = executor or LocalExecutor(jobs)
+    with contextlib.ExitStack() as stack:
+        if settings.queries.is_limited and not settings.queries.folder:  # all processes count in one place
+            counts = tempfile.TemporaryDirectory(prefix="caregiver_mj-")
+            queries = dataclasses.replace(settings.queries, folder=stack.enter_context(counts))
+            settings = dataclasses.replace(settings, queries=queries)
+        return _evaluated(settings, folder, executor or LocalExecutor(jobs), progress, grid_block)
+
+
+def _evaluated(
+    settings: Settings, folder: RunFolder | None, executor: Executor, progress: Callable[[int], None], grid_block: int
+) -> Evaluation:
     blocks = settings.blocks(grid_block, folder.extended_at if folder else ())
     done: dict[Block, Tables] = {}
     for block in blocks:

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from caregiver_mj.recording.ledger import Ledger
 
 Observer = Callable[[Any], None]  # of a `Rollout`
+# What episodes side by side have in common.
+_SHARED = [field.name for field in dataclasses.fields(EpisodeSpec) if field.name not in ("family", "episode")]
 
 
 class DivergenceError(CaregiverError):
@@ -143,7 +145,10 @@ def make_grid(specs: Sequence[EpisodeSpec], answers: str = "") -> GridWorld:
         CaregiverError: It cannot be made.
     """
     first, families = specs[0], tuple(dict.fromkeys(spec.family for spec in specs))
-    children = side_by_side(first.plan, families, len(specs) // len(families))
+    each = len(specs) // len(families)
+    if [spec.family for spec in specs] != [family for family in families for _ in range(each)]:
+        raise CaregiverError("specs must be one family after the other, with as many episodes of each")
+    children = side_by_side(first.plan, families, each)
     if first.caregiver == FLOOR:
         return FloorWorld(first.plan, children)
     given = ReplayedCaregiver(first.plan, unpacked(answers)) if answers else None
@@ -187,14 +192,15 @@ def run(specs: Sequence[EpisodeSpec], observers: Sequence[Observer] = (), *, ans
     """Run an episode; or several that differ in family and number alone, side by side in the grid.
 
     Args:
-        specs: The episodes: a single one in the house.
+        specs: The episodes: a single one in the house; in the grid one family after the other, as many of each.
         observers: Called with the `Rollout` when it has begun, and after every step.
         answers: What the caregiver has answered in them before, to be given again in its place, if anything.
 
     Raises:
         DivergenceError: The caregiver's actions made the simulation come apart.
-        CaregiverError: The episodes cannot be run.
+        CaregiverError: The episodes cannot be run, or not together.
     """
+    _check_together(specs)
     first, start = specs[0], time.perf_counter()
     rollout: Any
     if first.in_grid:
@@ -202,7 +208,6 @@ def run(specs: Sequence[EpisodeSpec], observers: Sequence[Observer] = (), *, ans
         tapes = functools.cache(episode_tapes)  # families of a batch have the same
         begin = functools.partial(rollout.reset, [tapes(spec.own_seed, len(spec.family)) for spec in specs])
     else:
-        (first,) = specs
         make = make_house if answers else _kept_house
         rollout = make(dataclasses.replace(first, episode=0), answers=answers, visuals=False)
         rollout.which = str(first)
@@ -221,3 +226,15 @@ def run(specs: Sequence[EpisodeSpec], observers: Sequence[Observer] = (), *, ans
     }
     ledger = rollout.ledger
     return Outcome([one | times for one in rollout.outcomes()], ledger.visits, ledger.damage_at, given)
+
+
+def _check_together(specs: Sequence[EpisodeSpec]) -> None:
+    if not specs:
+        raise CaregiverError("specs must be at least 1, got 0")
+    first = specs[0]
+    first.check_world(first.world)
+    if len(specs) > 1 and not first.in_grid:
+        raise CaregiverError(f"specs must be 1 in the house, got {len(specs)}")
+    for spec in specs[1:]:
+        if others := [name for name in _SHARED if getattr(spec, name) != getattr(first, name)]:
+            raise CaregiverError(f"specs must differ in family and episode alone, got another {others[0]}")

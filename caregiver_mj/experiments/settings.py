@@ -41,7 +41,8 @@ class Settings(Conditions):
     families: tuple[Family, ...] = tuple(map(Family.of, EPSILONS))
     episodes: int = 20  #: episodes for each caregiver and family
     seed: int = 0  #: seed of the episodes, and of what is random in the caregivers
-    houses: str = ""  #: what the houses are called together, such as "test-100"; nothing if by their names
+    #: what the houses are called together, such as "test-100"; nothing if by their names
+    houses: str = dataclasses.field(default="", kw_only=True)
 
     def __post_init__(self) -> None:
         super().__post_init__()

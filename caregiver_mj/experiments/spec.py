@@ -60,6 +60,7 @@ class Conditions:
 
     def __post_init__(self) -> None:
         options: Any = self.task_kwargs
+        check_kind("queries", self.queries, Queries)
         vars(self).update(
             sight=self.sight if self.sight == "all" else str(Sight.of(self.sight)),
             task_kwargs="{}" if options == "{}" else _json(options),
@@ -166,6 +167,7 @@ class EpisodeSpec(Conditions):
     def __post_init__(self) -> None:
         super().__post_init__()
         plan: Any = self.plan
+        check_kind("caregiver", self.caregiver, str)
         vars(self).update(
             plan=FloorPlan.load(plan) if isinstance(plan, (str, os.PathLike)) else plan,
             family=self.family if isinstance(self.family, Family) else Family.of(self.family),
@@ -237,6 +239,10 @@ class EpisodeSpec(Conditions):
         """
         for name in ("world", "family", "caregiver", "damage"):
             check_kind(name, record[name], str)
+        cls.check_world(record["world"])
+        check_integer("seed", record["seed"], 0)
+        if record["episode"] is not None:
+            check_integer("episode", record["episode"], 0)
         return cls(
             plan_of_record(record["plan"], DamageWeights.of(record["damage"])),
             Family.named(record["family"]),
@@ -258,15 +264,16 @@ def _json(options: Mapping[str, Any] | str) -> str:
     """
 
     def plainly(value: Any) -> Any:
-        is_record = dataclasses.is_dataclass(value) and not isinstance(value, type)
-        return dataclasses.asdict(value) if is_record else np.asarray(value, float).tolist()
+        if dataclasses.is_dataclass(value) and not isinstance(value, type):
+            return dataclasses.asdict(value)
+        return value.item() if isinstance(value, np.generic) else np.asarray(value, float).tolist()
 
     try:
         found = dict(json.loads(options) if isinstance(options, str) else options)
         if own := [name for name in _OWN_FIELDS if name in found]:
             raise CaregiverError(f"task_kwargs must be without {own[0]}, for which there is another field")
         return json.dumps(found, sort_keys=True, allow_nan=False, default=plainly)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, RecursionError) as error:
         raise CaregiverError(f"task_kwargs must be numbers, texts, or lists or dictionaries of such: {error}") from None
 
 

@@ -122,6 +122,7 @@ COLUMNS: tuple[Column, ...] = (
 )  # fmt: skip
 #: One episode, as it stands in a row of `episodes.parquet`: an attribute a column, all of which must be given.
 EpisodeRecord = dataclasses.make_dataclass("EpisodeRecord", [column.name for column in COLUMNS], frozen=True)
+EpisodeRecord.__module__ = __name__  # by which it is pickled; Python 3.11 says `types`
 
 
 def names(*roles: str) -> tuple[str, ...]:

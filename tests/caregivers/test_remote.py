@@ -287,6 +287,16 @@ def test_each_run_in_one_process_asks_its_own_server(monkeypatch):
     assert found == [("http://127.0.0.1:1/v1", pytest.approx(5 / 3)), ("http://127.0.0.1:2/v1", pytest.approx(2.0))]
 
 
+@pytest.mark.slow
+def test_processes_of_a_run_without_a_folder_share_its_budget(server):
+    asks = f"{server.address}/garbage"
+    run = Settings(
+        FloorPlan.load("paper"), "grid", (asks,), (1.0, 0.5), episodes=4, seed=0, queries=Queries(max_calls=3)
+    )
+    evaluate(run, jobs=2, grid_block=1)
+    assert len(server.asked) == 3
+
+
 def test_frames_are_refused_where_there_is_no_camera(server, tmp_path, capsys):
     command = ["evaluate", "--world", "grid", "--caregiver", "none", server.address, "--frames"]
     assert main([*command, "--out", str(tmp_path / "run")]) != 0

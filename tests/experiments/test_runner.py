@@ -1,5 +1,7 @@
 """The runner: one loop for both worlds, whose observers change nothing, and which Gymnasium drives step by step."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -114,3 +116,21 @@ def test_a_divergence_is_an_error_that_says_where():
     with pytest.raises(DivergenceError, match=r"diverge at \d\.\d s of episode 4 of seed 2, .* in house 'small'"):
         run([spec])
     assert issubclass(DivergenceError, CaregiverError)
+
+
+def test_episodes_that_are_not_of_one_batch_are_refused():
+    """Else a row would be that of another episode."""
+    ordered = run(GRID)
+    assert [row["damage"] for row in run(GRID[:2]).measured] == [row["damage"] for row in ordered.measured[:2]]
+    with pytest.raises(CaregiverError, match="one family after the other"):
+        run([GRID[0], GRID[2], GRID[1], GRID[3]])
+    with pytest.raises(CaregiverError, match="one family after the other"):
+        run(GRID[:3])
+    with pytest.raises(CaregiverError, match="another caregiver"):
+        run([GRID[0], dataclasses.replace(GRID[1], caregiver="none")])
+    with pytest.raises(CaregiverError, match="at least 1"):
+        run([])
+    with pytest.raises(CaregiverError, match="1 in the house"):
+        run([HOUSE, HOUSE])
+    with pytest.raises(CaregiverError, match="no world 'Grid'"):
+        run([dataclasses.replace(HOUSE, world="Grid")])

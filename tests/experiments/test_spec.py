@@ -181,3 +181,48 @@ def test_settings_are_a_set_of_them():
     assert len({spec.digest() for spec in found}) == len(found) == 2 * 2 * 3
     assert EpisodeSpec(PLAN, 0.5, "nearest", 2, "grid", 7, sight="walls") in found
     assert dataclasses.replace(run, families=("0.5",)) == Settings.around(found[-1], run.caregivers, 3)
+
+
+def test_the_address_of_models_is_that_of_where_it_was_made(monkeypatch):
+    """A worker, or a reader, with another environment asks and hashes the same."""
+    monkeypatch.setenv("OPENAI_BASE_URL", "http://127.0.0.1:1/v1")
+    run = Settings(PLAN, caregivers=("chat:m",))
+    spec = run.spec(PLAN, run.families[0], "chat:m")
+    monkeypatch.setenv("OPENAI_BASE_URL", "http://127.0.0.1:2/v1")
+    assert run.spec(PLAN, run.families[0], "chat:m") == spec
+    assert EpisodeSpec.of_record(spec.record()).digest() == spec.digest()
+    monkeypatch.delenv("OPENAI_BASE_URL")
+    usual = EpisodeSpec(PLAN, 0.5, "chat:m")
+    monkeypatch.setenv("OPENAI_BASE_URL", "http://127.0.0.1:2/v1")
+    assert dataclasses.replace(usual, episode=1).queries.base_url == usual.queries.base_url != ""
+
+
+def test_an_address_with_a_secret_is_in_no_record(monkeypatch):
+    monkeypatch.setenv("OPENAI_BASE_URL", "http://user:secretpw@127.0.0.1:1/v1")
+    for replayed in (False, True):
+        with pytest.raises(CaregiverError, match="without user, password") as error:
+            EpisodeSpec(PLAN, 0.5, "chat:m").check(replayed)
+        assert "secretpw" not in str(error.value)
+    with pytest.raises(CaregiverError, match="without user, password"):
+        EpisodeSpec(PLAN, 0.5, "chat:m").record()
+    with pytest.raises(CaregiverError, match="without user, password"):
+        Settings(PLAN, caregivers=("chat:m",)).record()
+
+
+@pytest.mark.parametrize("field, value", [("world", "zzz"), ("episode", "x"), ("seed", []), ("seed", -1)])
+def test_a_record_of_no_episode_is_refused(field, value):
+    with pytest.raises(CaregiverError):
+        EpisodeSpec.of_record({**EpisodeSpec(PLAN, 0.5).record(), field: value})
+
+
+def test_numpys_numbers_are_kept_as_what_they_are():
+    options = EpisodeSpec(PLAN, task_kwargs={"compliant_children": np.True_, "n": np.int64(3)}).options
+    assert options == {"compliant_children": True, "n": 3}
+    assert options["compliant_children"] is True
+    nested: list = []
+    for _ in range(5000):
+        nested = [nested]
+    with pytest.raises(CaregiverError, match="task_kwargs must be"):
+        EpisodeSpec(PLAN, task_kwargs={"a": nested})
+    with pytest.raises(CaregiverError, match="queries"):
+        EpisodeSpec(PLAN, queries={})

@@ -2,6 +2,7 @@
 
 import pytest
 
+from caregiver_mj.caregivers.server import Queries
 from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.viz.viewers.session import Session
 
@@ -138,3 +139,12 @@ def test_a_machine_that_is_too_slow_says_so_and_stays_responsive(clock):
     clock.now += 0.1
     watched.advance()
     assert not watched.behind
+
+
+def test_servers_are_asked_as_at_first_after_another_caregiver(clock):
+    """A budget and an address are those of the command, also once a caregiver that asks nobody has been chosen."""
+    first = EpisodeSpec("paper", caregiver="chat:m", queries=Queries("http://127.0.0.1:1/v1", max_calls=5))
+    one = Session(first, begin=lambda spec: Reel(10, 0.0, clock), clock=clock)
+    one.change(caregiver="guard")
+    one.change(caregiver="chat:m")
+    assert one.spec == first

@@ -248,8 +248,8 @@ def make_film(runs: Sequence[Run], folder: str | os.PathLike[str], *, trust: boo
     # One in the house, else the first one, whose children can walk there too.
     run = next((run for run in runs if run.settings.world == "house"), runs[0])
 
-    if not trust:
-        run.settings.check_installed()
+    if not trust:  # it is filmed in the house, whatever world the run is of
+        dataclasses.replace(run.settings, world="house").check_installed()
         if run.caregiver not in (*CAREGIVERS, *POLICIES, *PLAYERS):  # of players it is told why not
             raise CaregiverError(
                 f"the film must be of a caregiver that is installed, got '{run.caregiver}': --trust runs or asks it"

@@ -61,7 +61,7 @@ class Session:
         Raises:
             CaregiverError: There can be no such episode, or the speed is out of range.
         """
-        self._make, self._clock, self._ended = begin, clock, ended
+        self._make, self._clock, self._ended, self._queries = begin, clock, ended, spec.queries
         self.speed = speed
         self.playing = playing
         self.over = False
@@ -147,6 +147,7 @@ class Session:
         Raises:
             CaregiverError: There can be no such episode; the present one goes on.
         """
+        fields.setdefault("queries", self._queries)  # also after a caregiver that asks nobody
         self._begin(dataclasses.replace(self.spec, **fields))  # type: ignore[arg-type]  # `EpisodeSpec` says
 
     # -- Time ------------------------------------------------------------------------------------
