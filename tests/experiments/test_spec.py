@@ -209,7 +209,7 @@ def test_an_address_with_a_secret_is_in_no_record(monkeypatch):
         Settings(PLAN, caregivers=("chat:m",)).record()
 
 
-@pytest.mark.parametrize("field, value", [("world", "zzz"), ("episode", "x"), ("seed", []), ("seed", -1)])
+@pytest.mark.parametrize(("field", "value"), [("world", "zzz"), ("episode", "x"), ("seed", []), ("seed", -1)])
 def test_a_record_of_no_episode_is_refused(field, value):
     with pytest.raises(CaregiverError):
         EpisodeSpec.of_record({**EpisodeSpec(PLAN, 0.5).record(), field: value})
