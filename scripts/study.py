@@ -377,7 +377,9 @@ def run_in_grid(
     """
     made = [Family.of(family) for family in families]
     world = make(plan, side_by_side(plan, made, episodes))
-    world.run(tapes(episodes, seed, len(made[0])) * len(made), *([functools.partial(look, world)] if look else []))
+    if look:
+        world.observers = [look]
+    world.run(tapes(episodes, seed, len(made[0])) * len(made))
     return world
 
 

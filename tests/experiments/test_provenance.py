@@ -19,7 +19,8 @@ class Nothing(TargetPolicy):
         return masks.argmax(axis=1)
 """
 WORDS = "the source of caregiver_mj that decides rows has changed, from "
-NEW_COLUMN = '    sighs: int = _column("", "sighs", "how often somebody sighed", "count")\n\n    sim_seconds: float'
+LAST = '    _time("sim_seconds"'
+NEW_COLUMN = f'    _count("sighs", "int", "", "sighs", "how often somebody sighed"),\n{LAST}'
 
 
 @pytest.fixture
@@ -59,7 +60,7 @@ def test_a_run_is_not_gone_on_with_by_another_program(checkout):
     for file, old, new in (
         ("caregivers/baselines.py", '"""', '"""Edited. '),
         ("caregivers/target_observation.py", '"""', '"""Edited. '),  # what `mine` is made of
-        ("recording/record.py", "    sim_seconds: float", NEW_COLUMN),
+        ("recording/record.py", LAST, NEW_COLUMN),
     ):
         source = (checkout / "caregiver_mj" / file).read_text()
         edit(checkout, file, old, new)
