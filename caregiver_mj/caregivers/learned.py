@@ -89,7 +89,9 @@ def _without_candles(plan: FloorPlan, pace: Pace) -> tuple[np.ndarray, np.ndarra
         none = np.zeros((1, 1, 1, 1), np.float32)
         shape = 1 << len(plan.mouths), 1 + len(plan.floor_cells), len(plan.free_cells) * len(plan.caregiver_cells), 1
         return np.broadcast_to(none, shape), np.zeros(1, int)
-    tables = value_tables(bare, dataclasses.replace(pace, beside=()), dataclasses.replace(OBJECTIVE, sweeps=40))
+    # The network has learned from tables of a planner that does not wait just anywhere.
+    pace, objective = dataclasses.replace(pace, beside=()), dataclasses.replace(OBJECTIVE, sweeps=40)
+    tables = value_tables(bare, pace, objective, waits=False)
     by_gates = {sum(1 << (gate - len(plan.landings)) for gate in shut): table for shut, table in tables.items()}
     values = [np.stack([one.value[0], *(going[0] for going in one.going)]) for _, one in sorted(by_gates.items())]
     return np.stack(values), next(iter(tables.values())).possible

@@ -295,6 +295,13 @@ class TestValueTable:
             assert (quick <= slow + more).all()
             assert quick.mean() < slow.mean()
 
+    def test_to_be_able_to_wait_anywhere_is_never_worse(self):
+        """`learned` has learned from tables without that."""
+        plan, objective = FloorPlan.parse(STAIRS_AND_TABLES), Objective(sweeps=400, tolerance=0.0)
+        with_it, without = (value_tables(plan, objective=objective, waits=some)[frozenset()].value for some in (1, 0))
+        assert (with_it <= without + 1e-3).all()
+        assert (with_it < without - 0.05).any()
+
     def test_what_is_expected_is_what_happens(self):
         """The damage and the price that are expected at first are about what comes, told everything."""
         plan, episodes = FloorPlan.load("train-100/36"), 200

@@ -44,7 +44,8 @@ LARGEST, LAYOUTS = 40_000_000, 128
 MOST_TABLES = 63  # a bit each in a layout's number
 GATES = 3  # where there are more, it is not planned at all
 # Shares of the damage to a child alone to begin the iteration with: about what is left of it.
-_BEGIN, _BEGIN_BARE = 0.03, 0.8  # of falls and of candles; of bare tables, which can only be stood in front of
+# of falls and candles, and of bare tables, if it may wait in any cell: then it stands in front of tables, and if not.
+_BEGIN = {True: (0.03, 0.8), False: (0.05, 1.0)}
 _NEVER = 1e9  # damage of what cannot be done; finite, for beliefs of zero are multiplied with it
 _STILL = 0.0001  # damage: values that change by no more in a sweep are taken to have settled
 _EVERY = 3  # sweeps after which what comes of carrying a candle is brought up to date
@@ -141,13 +142,18 @@ def _possible(chain: ChildChain) -> np.ndarray:
 
 
 @functools.lru_cache(maxsize=2)
-def value_tables(plan: FloorPlan, pace: Pace = PAPER, objective: Objective = OBJECTIVE) -> Tables:
-    """Return the value tables of a house at a pace of the caregiver, by which gates are shut; made once."""
+def value_tables(
+    plan: FloorPlan, pace: Pace = PAPER, objective: Objective = OBJECTIVE, *, waits: bool = True
+) -> Tables:
+    """Return the value tables of a house at a pace of the caregiver, by which gates are shut; made once.
+
+    With `waits` it may wait in any cell, else only where it has something to do, aside, and where it is.
+    """
     gates = range(len(plan.landings), len(plan.stairwells))
     tables: Tables = {}
     for count in range(len(gates), -1, -1):
         for shut in map(frozenset, itertools.combinations(gates, count)):
-            tables[shut] = ValueTable(plan, pace, objective, shut, tables)
+            tables[shut] = ValueTable(plan, pace, objective, shut, tables, waits=waits)
     return tables
 
 
@@ -178,19 +184,21 @@ class ValueTable:
         objective: Objective = OBJECTIVE,
         shut: frozenset[int] = frozenset(),
         tables: Tables | None = None,
+        *,
+        waits: bool = True,
     ):
-        """Work it out, for openings whose gates are shut, by their numbers.
+        """Work it out, for openings whose gates are shut, by their numbers. `waits` is that of `value_tables`.
 
         The tables are those in which one more gate is shut, by theirs; without one, that gate is never closed.
         """
-        self.plan, self.motion, self._objective = plan, motion(plan, pace), objective
+        self.plan, self.motion, self._objective, self._waits = plan, motion(plan, pace), objective, waits
         chain = child_chain(plan)
         self.possible = _possible(chain)
         self._cells, self._places, self._states = chain.shape[0], len(plan.caregiver_cells), len(self.possible)
         stairwells, fall, bump, more = len(plan.stairwells), *costs(plan)
         self._fall = np.array([fall * (opening not in shut) for opening in range(stairwells)])
         harm = np.append(self._fall, [bump] * len(plan.tables))
-        left = harm * np.where(np.arange(len(harm)) < stairwells, _BEGIN, _BEGIN_BARE)
+        left = harm * np.where(np.arange(len(harm)) < stairwells, *_BEGIN[waits])
         more_shut = {gate: (tables or {}).get(shut | {gate}) for gate in range(len(plan.landings), stairwells)}
         self._closed = [(self.motion.posts[gate], one.closed[gate]) for gate, one in more_shut.items() if one]
         self.closed: dict[int, np.ndarray] = {}
@@ -286,7 +294,7 @@ class ValueTable:
         ]
         self._column = np.cumsum(bears, axis=0).T - 1  # of a layout among those with a candle on a table
         stay = np.einsum("ctj,lt->lcj", self.staying, bears)[:, :, None]
-        value = np.broadcast_to(bare + _BEGIN * stay, (len(bears), cells, places, states))
+        value = np.broadcast_to(bare + _BEGIN[self._waits][0] * stay, (len(bears), cells, places, states))
         value = np.array(value, np.float32, order="C").reshape(len(bears), cells * places, states)
         kinds = chain.prior.ravel()[self.possible]
         # (Tables, moves, layouts with a candle there, cells beside the table, C, J).
@@ -448,7 +456,7 @@ class ValueTable:
     def _best(self, layout: int, value: np.ndarray, fetched: _Fetched, best: np.ndarray) -> None:
         """Find the values after a child's move in a layout, (C R, J), if the caregiver does what is best."""
         np.copyto(best, value)  # to stay
-        for _ in range(self._parts):  # to wait wherever it gets to
+        for _ in range(self._parts if self._waits else 0):  # to wait wherever it gets to
             before = best.copy()
             for rows in self._steps:
                 np.minimum(best, _gone(before, rows), out=best)
