@@ -82,7 +82,7 @@ class Placement:
     candle_offset: float = (
         _CANDLE_OFFSET  #: how far off a table's centre a candle starts at most, in x and in y, metres
     )
-    table_offset: float = 0.0  #: how far off its place in the plan a table stands at most, likewise; drawn once
+    table_offset: float = 0.0  #: how far off its place in the plan a table stands at most; also drawn once
     #: how high all tables are, metres; or the lowest and the highest that one may be, and each is drawn in between,
     #: once. The observation then has the heights. None for those of the table's model
     table_height: float | Sequence[float] | None = None
@@ -205,7 +205,7 @@ class CareTask(control.Task):
 
     @property
     def sensing(self) -> Sensing:
-        """How well they show what there is."""
+        """The errors, gaps and delay of observations."""
         return self.observer.sensing
 
     @property

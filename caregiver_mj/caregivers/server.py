@@ -64,9 +64,9 @@ def check_address(what: str, address: str) -> None:
 class Queries:
     """How servers and models are asked in a run, and within which budget. Keys alone are left to the environment."""
 
-    base_url: str = ""  #: where models are; "" for OpenAI's own
+    base_url: str = ""  #: where models are; "" for OPENAI_BASE_URL, or OpenAI's own
     max_calls: int | None = None  #: requests of the run, over its processes and when it is resumed; None for any number
-    max_tokens: int | None = None  #: tokens of models, likewise: none is asked once they are used up
+    max_tokens: int | None = None  #: tokens of models, counted so too; no more are asked once they are used up
     patience: float = 30.0  #: seconds for an answer
     thinking: str = WAITS  #: whether simulated time `WAITS` for an answer, or goes on until it comes: `REAL_TIME`
     frames: bool = False  #: whether questions have pictures of the house

@@ -30,7 +30,7 @@ class GridState:
     done: np.ndarray  #: whether that has been counted as done already, (B,)
 
     def forget_orders(self, which: np.ndarray) -> None:
-        """End the interventions of some worlds, (n,), so that whatever comes next is begun anew."""
+        """End the interventions of some worlds, (n,), so that the next ones begin anew."""
         mask = np.zeros(len(self.holding), bool)
         mask[which] = True
         self.orders = Interventions.idle(len(mask)).where(mask, self.orders)

@@ -121,7 +121,7 @@ def render_episode(
 
     Args:
         path: The film, `FILE.mp4`.
-        spec: The episode, the same as in an evaluation: in the house, whatever its world.
+        spec: The episode, the same as in an evaluation: in the house, also if its world is the grid.
         seconds: Length of the film; less if the episode is over before.
         picture: Size, frame rate and camera.
         overlay: What is laid over the floor, one of `OVERLAYS`: "danger" for where the caregiver thinks that the

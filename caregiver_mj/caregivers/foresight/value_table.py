@@ -44,7 +44,7 @@ LARGEST, LAYOUTS = 40_000_000, 128
 MOST_TABLES = 63  # a bit each in a layout's number
 GATES = 3  # where there are more, it is not planned at all
 # Shares of the damage to a child alone to begin the iteration with: about what is left of it.
-# of falls and candles, and of bare tables, if it may wait in any cell: then it stands in front of tables, and if not.
+# of falls and candles, and of bare tables: if it may wait in any cell, and so in front of tables; and if it may not.
 _BEGIN = {True: (0.03, 0.8), False: (0.05, 1.0)}
 _NEVER = 1e9  # damage of what cannot be done; finite, for beliefs of zero are multiplied with it
 _STILL = 0.0001  # damage: values that change by no more in a sweep are taken to have settled

@@ -248,7 +248,7 @@ def make_film(runs: Sequence[Run], folder: str | os.PathLike[str], *, trust: boo
     # One in the house, else the first one, whose children can walk there too.
     run = next((run for run in runs if run.settings.world == "house"), runs[0])
 
-    if not trust:  # it is filmed in the house, whatever world the run is of
+    if not trust:  # a run in the grid is filmed in the house, too
         dataclasses.replace(run.settings, world="house").check_installed()
         if run.caregiver not in (*CAREGIVERS, *POLICIES, *PLAYERS):  # of players it is told why not
             raise CaregiverError(
