@@ -28,7 +28,7 @@ from caregiver_mj.children.family import Family, side_by_side
 from caregiver_mj.experiments import two_level
 from caregiver_mj.experiments.provenance import source_digest, versions
 from caregiver_mj.experiments.run_folder import RunFolder
-from caregiver_mj.experiments.spec import episode_seed, episode_tapes
+from caregiver_mj.experiments.spec import episode_seed, episode_streams
 from caregiver_mj.experiments.workers import run_jobs
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.interventions.verb import Interventions
@@ -57,9 +57,9 @@ class Job(NamedTuple):
 def measure(job: Job) -> dict[str, Any]:
     """Return the damage to be expected of each child's moves and the share of decisions that differ, by epsilon."""
     plan, spent, children = FloorPlan.load(job.house), list[float](), [Family.of(one) for one in job.epsilons]
-    caregiver, tapes = make_caregiver(job.caregiver, plan), []
+    caregiver, streams = make_caregiver(job.caregiver, plan), []
     for episode in range(job.episodes):
-        tapes.append(episode_tapes(episode_seed(job.seed, episode), 1))
+        streams.append(episode_streams(episode_seed(job.seed, episode), 1))
     world = GridWorld(plan, side_by_side(plan, children, job.episodes), caregiver, sight=job.sight)
     damage, decide = np.zeros(len(children) * job.episodes), caregiver.decide
 
@@ -74,7 +74,7 @@ def measure(job: Job) -> dict[str, Any]:
 
     caregiver.decide = timed
     world.observers = [count]
-    world.run(tapes * len(children))
+    world.run(streams * len(children))
     share = caregiver.others / caregiver.decisions if job.caregiver == SEARCH else np.zeros(len(damage))
     by_epsilon = {"damage": damage, "otherwise": share}
     found = {name: each.reshape(len(children), -1).tolist() for name, each in by_epsilon.items()}

@@ -22,7 +22,7 @@ from caregiver_mj.caregivers.foresight.value_table import OBJECTIVE, costs
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.novice import Novice
-from caregiver_mj.children.tape import Tape
+from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.danger.child_model import child_chain
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld
@@ -84,7 +84,7 @@ class RolloutCaregiver(ForesightCaregiver):
         world, chain, shape = self.world, child_chain(self.plan), (*options.shape, SCENARIOS)
         which = np.broadcast_to(worlds[:, None, None], shape).ravel()
         draws = [_even(self._random[one]) for one in worlds]  # (scenarios, 1 + timesteps, 3) each
-        world.reset([(Tape(one[0], one[1:]),) for some in draws for _ in range(shape[1]) for one in some])
+        world.reset([(RandomStream(one[0], one[1:]),) for some in draws for _ in range(shape[1]) for one in some])
         # Where the child is, where it goes and how much it strays: it is a novice, as far as that can be told.
         if percept.belief:
             novices = percept.belief.joint[worlds, 0]

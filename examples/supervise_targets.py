@@ -26,7 +26,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 from targets_vector import Remembering
 
 from caregiver_mj.children.family import Family, side_by_side
-from caregiver_mj.children.tape import EPISODE_TIMESTEPS
+from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.envs.houses_vector import GridHousesVector
 from caregiver_mj.envs.sb3 import BatchVecEnv
 from caregiver_mj.grid.world import run_episodes

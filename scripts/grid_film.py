@@ -15,7 +15,7 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from caregiver_mj.caregivers.registry import make_caregiver
-from caregiver_mj.experiments.spec import episode_seed, episode_tapes
+from caregiver_mj.experiments.spec import episode_seed, episode_streams
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.interventions.verb import verb_of
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -108,7 +108,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     plan = FloorPlan.load(options.house)
     sight = {"sight": options.sight} if options.sight else {}
     world = Filmed(plan, options.epsilon, make_caregiver(options.caregiver, plan), **sight)
-    world.reset([episode_tapes(episode_seed(options.seed, 0), 1)])
+    world.reset([episode_streams(episode_seed(options.seed, 0), 1)])
     world.film = Film(plan)
     for _ in range(options.end):
         world.step()

@@ -32,14 +32,14 @@ from rich.console import Console
 from rich.progress import Progress, track
 
 from caregiver_mj.children.family import Family, side_by_side
-from caregiver_mj.children.tape import Tape
+from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.experiments.provenance import source_digest, versions
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import Settings
-from caregiver_mj.experiments.spec import episode_seed, episode_tapes
+from caregiver_mj.experiments.spec import episode_seed, episode_streams
 from caregiver_mj.experiments.workers import run_jobs
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -352,9 +352,9 @@ def _file_name(job: Hashable) -> str:
     return re.sub(r"[^\w.,:=-]+", "_", str(job))
 
 
-def tapes(episodes: int, seed: int = 0, children: int = 1) -> list[tuple[Tape, ...]]:
+def streams(episodes: int, seed: int = 0, children: int = 1) -> list[tuple[RandomStream, ...]]:
     """The chance of the episodes that `evaluate` runs with a seed."""
-    return [episode_tapes(episode_seed(seed, episode), children) for episode in range(episodes)]
+    return [episode_streams(episode_seed(seed, episode), children) for episode in range(episodes)]
 
 
 def run_in_grid(
@@ -379,7 +379,7 @@ def run_in_grid(
     world = make(plan, side_by_side(plan, made, episodes))
     if look:
         world.observers = [look]
-    world.run(tapes(episodes, seed, len(made[0])) * len(made))
+    world.run(streams(episodes, seed, len(made[0])) * len(made))
     return world
 
 

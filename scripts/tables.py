@@ -19,7 +19,7 @@ import numpy as np
 
 import caregiver_mj
 from caregiver_mj.caregivers.target_observation import OBSERVATIONS
-from caregiver_mj.children.tape import EPISODE_TIMESTEPS
+from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.cli import make_parser
 from caregiver_mj.envs.spaces import STRIKE_COST
 from caregiver_mj.recording.record import COLUMNS

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Random, random_state
+from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS, Random, random_state
 from caregiver_mj.errors import CaregiverError, UnknownOptionError, check_kind
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.visibility import Sight

@@ -14,7 +14,7 @@ from dm_env import specs
 from caregiver_mj.caregivers.caregiver import Caregiver, starting_tables
 from caregiver_mj.caregivers.told import Truth
 from caregiver_mj.children.family import Family, Who
-from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Random, Tape, random_state, start_cells
+from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS, Random, RandomStream, random_state, start_cells
 from caregiver_mj.children.walk import WALKING_SPEED, novice_timestep
 from caregiver_mj.errors import CaregiverError, UnknownOptionError, check_kind, check_number
 from caregiver_mj.house.candles import Candles, watch_candle
@@ -225,16 +225,16 @@ class CareTask(control.Task):
     # -- dm_control's interface ------------------------------------------------------------------
 
     def initialize_episode(self, physics: Physics) -> None:
-        tapes = Tape.draw_family(self.random, len(self.children))
-        self.caregiver_seed = tapes[0].caregiver_seed
-        starts = np.stack([tape.start for tape in tapes])[None]
+        streams = RandomStream.draw_family(self.random, len(self.children))
+        self.caregiver_seed = streams[0].caregiver_seed
+        starts = np.stack([stream.start for stream in streams])[None]
         landings = len(self.plan.landings)
         begins = start_cells(len(self.plan.starts) - landings, landings, starts)
         cells, caregiver = (self.plan.starts[cells] for cells in begins)
 
         def start(child: int) -> None:
             yaw = self.random.uniform(-np.pi, np.pi)
-            self.children.start(child, tapes[child], int(cells[0, child]), yaw, physics)
+            self.children.start(child, streams[child], int(cells[0, child]), yaw, physics)
 
         start(0)
         if self.caregiver:

@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 
 from caregiver_mj import cli
 from caregiver_mj.children.family import Family
-from caregiver_mj.children.tape import Tape
+from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -81,8 +81,8 @@ def test_plans(content):
             assert status(["house", "show", file]) == 0
             plan = FloorPlan.load(file)
             assert FloorPlan.parse(plan.text).rows == plan.rows
-            tape = Tape.draw_family(np.random.RandomState(0), 1, timesteps=30)
-            assert GridWorld(plan, 1.0, None).run([tape]).timestep == 30
+            stream = RandomStream.draw_family(np.random.RandomState(0), 1, timesteps=30)
+            assert GridWorld(plan, 1.0, None).run([stream]).timestep == 30
         else:
             with pytest.raises(CaregiverError):
                 FloorPlan.load(file)

@@ -9,7 +9,7 @@ from caregiver_mj.caregivers import Caregiver, make_caregiver
 from caregiver_mj.caregivers.foresight.value_table import AllLayouts
 from caregiver_mj.children.family import ChildSpec
 from caregiver_mj.children.novice import Novice
-from caregiver_mj.children.tape import Tape
+from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.envs.houses_vector import GridHousesVector
 from caregiver_mj.envs.target_grid import GridTargetsVector
 from caregiver_mj.errors import CaregiverError
@@ -53,8 +53,8 @@ def act_in_the_house(action):
     env.step(action)
 
 
-def run(tapes, children="1"):
-    GridWorld(TINY, children, None).run(tapes)
+def run(streams, children="1"):
+    GridWorld(TINY, children, None).run(streams)
 
 
 def move_after_the_end():
@@ -114,7 +114,7 @@ def step_vector(actions, seed=0):
     envs.step(actions)
 
 
-ONE = [Tape.draw_family(np.random.RandomState(0), 1, timesteps=2)]
+ONE = [RandomStream.draw_family(np.random.RandomState(0), 1, timesteps=2)]
 
 ODD = {
     "load": [
@@ -199,7 +199,7 @@ ODD = {
             )
             for n in (0, -1, 2.5)
         ),
-        (lambda: run(ONE, "1,1"), "tapes must be 2 in each"),
+        (lambda: run(ONE, "1,1"), "streams must be 2 in each"),
         (lambda: run_episodes(TINY, 0.5, None, [-1]), "seed of an episode must be an integer from 0"),
         (
             lambda: GridWorld(TINY, 0.5, make_caregiver("paper", caregiver_mj.FloorPlan.load("paper"))),

@@ -9,7 +9,7 @@ import numpy as np
 from caregiver_mj.caregivers.caregiver import Caregiver, first_of_greatest
 from caregiver_mj.caregivers.percept import Followers, Percept, bare_tables
 from caregiver_mj.children.novice import Novice
-from caregiver_mj.children.tape import EPISODE_TIMESTEPS, pick
+from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS, pick
 from caregiver_mj.danger.chain import ChildChain, expected_visits
 from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan

@@ -10,7 +10,7 @@ import numpy as np
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.caregivers.target_map import TRACE, Places, PlanMap, Slots
-from caregiver_mj.children.tape import EPISODE_TIMESTEPS
+from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.hazards import NOTHING, Where

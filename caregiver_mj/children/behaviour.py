@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from caregiver_mj.children.tape import pick
+from caregiver_mj.children.random_stream import pick
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.floor_plan import FloorPlan

@@ -6,7 +6,7 @@ import numpy as np
 
 from caregiver_mj.children.behaviour import ChildPercept
 from caregiver_mj.children.novice import Novice
-from caregiver_mj.children.tape import EPISODE_TIMESTEPS, pick
+from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS, pick
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 DRIFT = 0.35  # by how much epsilon differs, at the ends of an episode, from its mean: 0.05 to 0.75 around 0.4

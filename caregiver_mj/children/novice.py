@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from caregiver_mj.children.behaviour import Behaviour, ChildPercept
-from caregiver_mj.children.tape import pick
+from caregiver_mj.children.random_stream import pick
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.cell_graph import ACTIONS, Target
 from caregiver_mj.plans.floor_plan import FloorPlan

@@ -23,7 +23,7 @@ import numpy as np
 
 from caregiver_mj.children.behaviour import ChildPercept
 from caregiver_mj.children.novice import Novice
-from caregiver_mj.children.tape import pick
+from caregiver_mj.children.random_stream import pick
 from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.floor_plan import FloorPlan

@@ -8,7 +8,7 @@ import pathlib
 from typing import Any
 
 from caregiver_mj.caregivers.registry import RULE
-from caregiver_mj.children.tape import EPISODE_TIMESTEPS
+from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.cli import parsing
 from caregiver_mj.cli.evaluate import evaluate_visibly
 from caregiver_mj.cli.runs import output, print_rows

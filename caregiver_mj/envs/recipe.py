@@ -24,7 +24,7 @@ from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.registry import find_caregiver, is_caregiver, make_caregiver, needs_pictures
 from caregiver_mj.caregivers.server import Queries
 from caregiver_mj.caregivers.told import ToldCaregiver
-from caregiver_mj.children.tape import Tape
+from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.envs import TARGETS_ID
 from caregiver_mj.envs.house import HouseEnv
@@ -336,8 +336,8 @@ class TargetCaregiver(Actor):
 
     def begin(self, seed: int) -> None:
         children = self._world.children
-        tape, *_ = Tape.draw_family(np.random.RandomState(seed), children)
-        self._caregiver.reset(1, [tape.caregiver_seed], children)
+        stream, *_ = RandomStream.draw_family(np.random.RandomState(seed), children)
+        self._caregiver.reset(1, [stream.caregiver_seed], children)
 
     def act(self) -> tuple[np.ndarray, int]:
         percept = self._world.percept()

@@ -17,7 +17,7 @@ from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.caregivers.target_observation import Encoder, Observations
 from caregiver_mj.children.family import Family, Who
-from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
+from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS, RandomStream
 from caregiver_mj.envs.spaces import CostMeter, Seed, check_render_mode, episode_seed, observation_space, plain_seed
 from caregiver_mj.errors import CaregiverError, check_integer
 from caregiver_mj.experiments.score import Scorer
@@ -56,7 +56,7 @@ class TargetGrid:
 
     def begin(self, seeds: Sequence[int]) -> None:
         """Begin the episodes of some seeds, with the children's first moves."""
-        self.world.reset([Tape.draw_family(np.random.RandomState(seed), self.children) for seed in seeds])
+        self.world.reset([RandomStream.draw_family(np.random.RandomState(seed), self.children) for seed in seeds])
         self._cost = CostMeter(self.world.ledger)
         self.ended = False
         self.encoder.trace.clear()

@@ -14,10 +14,10 @@ import numpy as np
 from caregiver_mj.caregivers.answers import ReplayedCaregiver, kept, packed, replayed, unpacked
 from caregiver_mj.caregivers.registry import find_caregiver, make_caregiver
 from caregiver_mj.children.family import side_by_side
-from caregiver_mj.children.tape import EPISODE_TIMESTEPS
+from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments.spec import FLOOR, EpisodeSpec, episode_random, episode_tapes
+from caregiver_mj.experiments.spec import FLOOR, EpisodeSpec, episode_random, episode_streams
 from caregiver_mj.grid.world import FloorWorld, GridWorld
 from caregiver_mj.recording.rollout import Rollout
 
@@ -205,8 +205,8 @@ def run(specs: Sequence[EpisodeSpec], observers: Sequence[Observer] = (), *, ans
     rollout: Any
     if first.in_grid:
         rollout = make_grid(specs, answers)
-        tapes = functools.cache(episode_tapes)  # families of a batch have the same
-        begin = functools.partial(rollout.reset, [tapes(spec.own_seed, len(spec.family)) for spec in specs])
+        streams = functools.cache(episode_streams)  # families of a batch have the same
+        begin = functools.partial(rollout.reset, [streams(spec.own_seed, len(spec.family)) for spec in specs])
     else:
         make = make_house if answers else _kept_house
         rollout = make(dataclasses.replace(first, episode=0), answers=answers, visuals=False)

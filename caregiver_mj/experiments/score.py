@@ -29,7 +29,7 @@ import numpy as np
 
 from caregiver_mj import tasks
 from caregiver_mj.children.family import ChildSpec, Family, parts_of
-from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
+from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS, RandomStream
 from caregiver_mj.grid.world import FloorWorld, GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import TABLE, Where, kinds_at
@@ -144,7 +144,7 @@ _of_named = functools.lru_cache(maxsize=4096)(_simulated)
 def _curve(world: GridWorld, children: int) -> np.ndarray:
     """Mean damage so far, at the start and after each novice timestep."""
     found = [0.0]
-    world.reset(_tapes(children))
+    world.reset(_streams(children))
     for _ in range(EPISODE_TIMESTEPS):
         world.step()
         found.append(float(world.ledger.damage.mean()))
@@ -152,8 +152,8 @@ def _curve(world: GridWorld, children: int) -> np.ndarray:
 
 
 @functools.lru_cache(maxsize=2)  # they take as long as the episodes
-def _tapes(children: int) -> Sequence[Sequence[Tape]]:
-    return [Tape.draw_family(np.random.RandomState(seed), children) for seed in range(EPISODES)]
+def _streams(children: int) -> Sequence[Sequence[RandomStream]]:
+    return [RandomStream.draw_family(np.random.RandomState(seed), children) for seed in range(EPISODES)]
 
 
 @functools.wraps(tasks.load)

@@ -17,7 +17,7 @@ import numpy as np
 from caregiver_mj.caregivers.registry import CAREGIVERS, RULE, find_caregiver, is_caregiver
 from caregiver_mj.caregivers.server import Queries
 from caregiver_mj.children.family import ChildSpec, Family
-from caregiver_mj.children.tape import Tape
+from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.errors import CaregiverError, check_integer, check_kind
 from caregiver_mj.outside import plain
 from caregiver_mj.plans.floor_plan import FloorPlan, check_starts
@@ -304,6 +304,6 @@ def episode_random(seed: int) -> np.random.RandomState:
     return np.random.RandomState(seed)
 
 
-def episode_tapes(seed: int, children: int) -> tuple[Tape, ...]:
+def episode_streams(seed: int, children: int) -> tuple[RandomStream, ...]:
     """Return what is drawn of it first in both worlds: the chance of the children."""
-    return Tape.draw_family(episode_random(seed), children)
+    return RandomStream.draw_family(episode_random(seed), children)

@@ -25,8 +25,8 @@ from caregiver_mj.caregivers.percept import PAPER, Pace, Percept
 from caregiver_mj.caregivers.told import Future, ToldCaregiver, Truth
 from caregiver_mj.children.behaviour import ChildPercept
 from caregiver_mj.children.family import Family
+from caregiver_mj.children.random_stream import Random, RandomStream, start_cells
 from caregiver_mj.children.rules import DENIED, MoveRules, denied
-from caregiver_mj.children.tape import Random, Tape, start_cells
 from caregiver_mj.errors import CaregiverError, check_integer, check_kind
 from caregiver_mj.grid.eyes import GridEyes
 from caregiver_mj.grid.state import GridState, shown
@@ -104,15 +104,15 @@ class GridWorld(GridState, Rollout):
             caregiver.pace, caregiver.sight = Pace(caregiver_actions), self.sight
             self._routes = routes(plan, tuple(tuple(place) for group in places.values() for place in group))
 
-    def reset(self, tapes: Sequence[Sequence[Tape]]) -> None:
-        """Begin one episode for each family of tapes, which has one for each child."""
-        batch, children = len(tapes), len(self.behaviours)
-        if not batch or any(len(family) != children for family in tapes):
+    def reset(self, streams: Sequence[Sequence[RandomStream]]) -> None:
+        """Begin one episode for each family of streams, which has one for each child."""
+        batch, children = len(streams), len(self.behaviours)
+        if not batch or any(len(family) != children for family in streams):
             raise CaregiverError(
-                f"tapes must be {children} in each of at least 1 episode, got {[len(family) for family in tapes]}"
+                f"streams must be {children} in each of at least 1 episode, got {[len(family) for family in streams]}"
             )
-        start = np.array([[tape.start for tape in family] for family in tapes])  # (B, K, 3)
-        steps = np.array([[tape.steps for tape in family] for family in tapes])  # (B, K, timesteps, 3)
+        start = np.array([[stream.start for stream in family] for family in streams])  # (B, K, 3)
+        steps = np.array([[stream.steps for stream in family] for family in streams])  # (B, K, timesteps, 3)
         self._draws = shown(np.ascontiguousarray(np.moveaxis(steps, 2, 0)))  # (timesteps, B, K, 3)
         self.timestep = 0
         plan = self.plan
@@ -133,7 +133,7 @@ class GridWorld(GridState, Rollout):
         self.done = np.zeros(batch, bool)
         self.ledger = Ledger(plan, self.child_cell, len(self._draws))
         if self.caregiver:
-            self.caregiver.reset(batch, [family[0].caregiver_seed for family in tapes], children)
+            self.caregiver.reset(batch, [family[0].caregiver_seed for family in streams], children)
         self.candle_table = starting_tables(plan, self.caregiver, batch)
         self.eyes = None if self.sight.is_full or not self.caregiver else GridEyes(self, self.sight)
 
@@ -152,9 +152,9 @@ class GridWorld(GridState, Rollout):
     def over(self) -> bool:
         return self.timestep >= len(self._draws)
 
-    def run(self, tapes: Sequence[Sequence[Tape]]) -> Ledger:
-        """Run whole episodes, one for each family of tapes, and return what happened."""
-        self.reset(tapes)
+    def run(self, streams: Sequence[Sequence[RandomStream]]) -> Ledger:
+        """Run whole episodes, one for each family of streams, and return what happened."""
+        self.reset(streams)
         self.run_on()
         return self.ledger
 
@@ -315,8 +315,8 @@ def run_episodes(
 ) -> Ledger:
     """Run one episode for every seed, or source of randomness, as `random_state` takes them."""
     family = Family.of(family)
-    tapes = [Tape.draw_family(seed, len(family)) for seed in seeds]
-    return GridWorld(plan, family, caregiver).run(tapes)
+    streams = [RandomStream.draw_family(seed, len(family)) for seed in seeds]
+    return GridWorld(plan, family, caregiver).run(streams)
 
 
 class FloorWorld(GridWorld):
@@ -330,8 +330,8 @@ class FloorWorld(GridWorld):
     def __init__(self, plan: FloorPlan, family: Family | float | str):
         super().__init__(plan, family, None)
 
-    def reset(self, tapes: Sequence[Sequence[Tape]]) -> None:
-        super().reset(tapes)
+    def reset(self, streams: Sequence[Sequence[RandomStream]]) -> None:
+        super().reset(streams)
         self.candle_table[:] = NOTHING
         stairs, _, lying = self.plan.hazards.split(self.state)
         stairs[:], lying[:] = State.SHUT, State.GONE

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from caregiver_mj.children.behaviour import Behaviour, ChildPercept
+from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.children.rules import DENIED, MoveRules, denied
-from caregiver_mj.children.tape import Tape
 from caregiver_mj.children.walk import ToddlerWalk, Vector
 from caregiver_mj.plans.cell_graph import ACTIONS, Cell, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -58,11 +58,11 @@ class HouseChild:
         self._plan, self._rules = plan, MoveRules(plan)
         self._damage, self._things = plan.damage, [hazard.kind for hazard in plan.hazards.at(Where.ON_TABLE)]
 
-    def reset(self, tape: Tape, cell: int, yaw: float) -> None:
+    def reset(self, stream: RandomStream, cell: int, yaw: float) -> None:
         """Begin an episode in a free cell."""
         self.behaviour.reset(1)
-        self._draws = tape.steps
-        self.goal = int(self.behaviour.next_bin(tape.start[2:])[0])
+        self._draws = stream.steps
+        self.goal = int(self.behaviour.next_bin(stream.start[2:])[0])
         self.put(self._plan.free_cells[cell], yaw)
         self.move = Move(self.cell, self.cell)
         self._bumped = False
@@ -91,7 +91,7 @@ class HouseChild:
     ) -> None:
         """Choose a move in a novice timestep of that number, and set out for it, unless it leads to a taken free cell.
 
-        The caregiver's cell may be NOTHING. Randomness is drawn from `random` once the tape is over.
+        The caregiver's cell may be NOTHING. Randomness is drawn from `random` once the stream is over.
         """
         draws = self._draws[timestep][None] if timestep < len(self._draws) else random.random_sample((1, 3))
         self.goal = int(self.behaviour.reconsider(np.array([self.goal]), draws[:, 2])[0])

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from caregiver_mj.children.behaviour import Behaviour
-from caregiver_mj.children.tape import Tape
+from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.house.candles import Candles
 from caregiver_mj.house.child import SOFTNESS, Booking, CompliantBody, HouseChild
 from caregiver_mj.house.physics import Physics
@@ -44,10 +44,10 @@ class Children(Sequence[HouseChild]):
     def __len__(self) -> int:
         return len(self._children)
 
-    def start(self, number: int, tape: Tape, cell: int, yaw: float, physics: Physics) -> None:
+    def start(self, number: int, stream: RandomStream, cell: int, yaw: float, physics: Physics) -> None:
         """Begin an episode for one child, in a free cell."""
         self.harm = 0.0
-        self[number].reset(tape, cell, yaw)
+        self[number].reset(stream, cell, yaw)
         physics.set_toddler(self[number].walk, number)
         if self._bodies:
             physics.soften_toddlers(*SOFTNESS)

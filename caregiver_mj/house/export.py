@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 import PIL.Image
 
-from caregiver_mj.children.tape import start_cells
+from caregiver_mj.children.random_stream import start_cells
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.physics import Physics, compile_house
 from caregiver_mj.house.rendering import wrapper

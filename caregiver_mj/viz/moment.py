@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from caregiver_mj.children.family import Family
-from caregiver_mj.children.tape import EPISODE_TIMESTEPS
+from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.interventions.verb import Mark, verb_of
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan

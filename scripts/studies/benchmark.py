@@ -41,7 +41,7 @@ from caregiver_mj.viz import hud
 from caregiver_mj.viz.cameras import StillCamera
 from caregiver_mj.viz.episode import Episode
 from caregiver_mj.viz.film import Picture, Studio, render_episode
-from study import Parser, tapes
+from study import Parser, streams
 
 Row = dict[str, float]
 
@@ -132,7 +132,7 @@ class Clock:
 
 
 class Scene:
-    """A house with the scripted caregiver, and an episode of it on tape."""
+    """A house with the scripted caregiver, and a recorded episode of it."""
 
     def __init__(
         self,
@@ -167,10 +167,10 @@ class Scene:
         # The task writes the wheels' speeds as well; with them the replay is the same to the last bit.
         wheels = [model.joint(f"robot/{name}") for name in self.env.task.embodiment.names.wheels]
         self._v = np.array([joint.dofadr[0] for joint in (*joints, *wheels)])
-        self._tape: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
+        self._recorded: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
 
-        def taped(nstep: int) -> None:
-            if not self._tape:
+        def recording(nstep: int) -> None:
+            if not self._recorded:
                 self._start = copy.copy(data)
             driven = data.qpos[self._q], data.qvel[self._v]
             touches: list[Touch] = []
@@ -179,26 +179,26 @@ class Scene:
                 step(1)
                 controls[i], touches = data.ctrl, touches + physics.touches
             physics.touches = touches
-            self._tape.append((controls, *driven))
+            self._recorded.append((controls, *driven))
 
-        with mock.patch.object(physics, "step", taped):
+        with mock.patch.object(physics, "step", recording):
             self.play()
         self._end, self._timestep = data.qpos.copy(), model.opt.timestep
 
     def replay(self) -> tuple[float, float]:
-        """Replay the tape through bare `mj_step`; return its seconds, and how far the end is from the episode's.
+        """Replay the recording through bare `mj_step`; return its seconds, and how far the end is from the episode's.
 
-        With another timestep than the tape's it is told what was in force at the end of each.
+        With another timestep than the recording's it is told what was in force at the end of each.
         """
         model, data = self.env.physics.model.ptr, mujoco.MjData(self.env.physics.model.ptr)
         mujoco.mj_copyData(data, model, self._start)
         ctrl, qpos, qvel = data.ctrl, data.qpos, data.qvel
-        steps = len(self._tape[0][0])
+        steps = len(self._recorded[0][0])
         count = round(steps * self._timestep / model.opt.timestep)
         which = np.ceil(np.arange(1, count + 1) * steps / count).astype(int) - 1
-        tape = [(controls[which], *driven) for controls, *driven in self._tape]  # before the clock starts
+        recording = [(controls[which], *driven) for controls, *driven in self._recorded]  # before the clock starts
         start = time.perf_counter()
-        for controls, positions, velocities in tape:
+        for controls, positions, velocities in recording:
             qpos[self._q], qvel[self._v] = positions, velocities
             for ctrl[:] in controls:
                 mujoco.mj_step(model, data)
@@ -366,7 +366,7 @@ def cost(job: tuple[str, int]) -> dict[str, Any]:
     preparation = time.process_time() - start
     world, clock = GridWorld(plan, EPSILON, caregiver), Clock(time.process_time)
     with clock.of(caregiver, "decide"):
-        world.run(tapes(1))
+        world.run(streams(1))
     _speed(world, seconds)  # finds the ways round children, which a house keeps
     return {
         "house": house,
@@ -381,7 +381,7 @@ def cost(job: tuple[str, int]) -> dict[str, Any]:
 
 def _speed(world: GridWorld, seconds: float) -> float:
     """Novice timesteps a second of a batch of episodes, which runs for so many seconds, or to its end."""
-    chance = tapes(_BATCH)
+    chance = streams(_BATCH)
     world.reset(chance)
     start = time.process_time()
     while world.timestep < len(chance[0][0].steps) and time.process_time() - start < seconds:
@@ -419,7 +419,7 @@ def grown(job: tuple[int, int, int, float]) -> Row:
         scene.play(act.around(scene.policy))
     plan = FloorPlan.load(house)
     world = GridWorld(plan, Family.of([EPSILON] * children), PaperCaregiver(plan))
-    world.reset(tapes(_GROWN_BATCH, children=children))
+    world.reset(streams(_GROWN_BATCH, children=children))
     for _ in range(_GROWN_TIMESTEPS):
         grid.around(world.step)()
     return {

@@ -23,7 +23,7 @@ from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.children.family import CHILDREN, NOVICE, Family, side_by_side
-from caregiver_mj.children.tape import Tape
+from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.children.toddler import SHARE_OF_TIME_WALKING
 from caregiver_mj.danger.belief import Belief
 from caregiver_mj.danger.chain import first_passage
@@ -35,7 +35,7 @@ from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.figures.style import INK, MUTED, STYLE, explain, panels
-from study import Page, Parser, interval, rest, run_all, side, tapes
+from study import Page, Parser, interval, rest, run_all, side, streams
 
 HORIZONS = (1, 5, 15)  # timesteps
 LONGEST = HORIZONS[-1]
@@ -155,7 +155,7 @@ class Watched:
 def watch_children(
     plan: FloorPlan,
     children: Sequence[Family],
-    chance: Sequence[Sequence[Tape]],
+    chance: Sequence[Sequence[RandomStream]],
     horizons: Sequence[int],
     caregiver: Caregiver | None = None,
     change: float = CHANGE,
@@ -219,7 +219,7 @@ def tally_house(house: House) -> pd.DataFrame:
         names = [name for name in families() if has_company(name) == company]
         children = [Family.parse(name) for name in names]
         beside = Bystander(house.plan) if company else None
-        watched = watch_children(house.plan, children, tapes(house.episodes, house.seed), HORIZONS, beside)
+        watched = watch_children(house.plan, children, streams(house.episodes, house.seed), HORIZONS, beside)
         parts.append(tally(watched, questions_of(house.plan)[0], names, house.episodes))
     return pd.concat(parts, ignore_index=True).assign(house=house.plan.name)
 

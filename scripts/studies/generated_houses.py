@@ -24,7 +24,7 @@ from rich.console import Console
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.percept import Percept, bare_tables
 from caregiver_mj.children.family import Family
-from caregiver_mj.children.tape import EPISODE_TIMESTEPS
+from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.experiments.settings import EPSILONS
 from caregiver_mj.experiments.spec import episode_random
 from caregiver_mj.house.physics import Physics

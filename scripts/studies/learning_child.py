@@ -21,11 +21,11 @@ from matplotlib.ticker import MaxNLocator
 from caregiver_mj.caregivers.registry import CAREGIVERS, make_caregiver
 from caregiver_mj.children.behaviour import Behaviour, ChildPercept
 from caregiver_mj.children.family import Family
-from caregiver_mj.children.tape import Tape
+from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import two_level
 from caregiver_mj.experiments.intervals import Estimate
-from caregiver_mj.experiments.spec import episode_seed, episode_tapes
+from caregiver_mj.experiments.spec import episode_seed, episode_streams
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.cell_graph import ACTIONS, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -165,7 +165,7 @@ def live(job: Job) -> dict[str, Any]:
         world = guarded if age < job.childhood else alone
         lesson = Lesson(world, learner)
         world.observers = [lesson]
-        totals = world.run(_tapes(job, age)).totals()
+        totals = world.run(_streams(job, age)).totals()
         lesson.over()
         toys, damage = totals["toys_reached"], totals["damage"]
         coverage = totals["cells_visited"] / len(plan.free_cells)
@@ -202,10 +202,10 @@ class Lesson:
             self._learner.learn(*move)
 
 
-def _tapes(job: Job, number: int) -> Sequence[Sequence[Tape]]:
+def _streams(job: Job, number: int) -> Sequence[Sequence[RandomStream]]:
     """The chance of every child in an episode of a number, the same for both kinds."""
     seeds = [episode_seed(job.seed, 1000 * number + learner) for learner in range(job.learners)]
-    return [episode_tapes(seed, 1) for seed in seeds] * len(KINDS)
+    return [episode_streams(seed, 1) for seed in seeds] * len(KINDS)
 
 
 def jobs_of(houses: str, guards: Sequence[str], options: Mapping[str, Any]) -> list[Job]:

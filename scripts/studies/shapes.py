@@ -22,7 +22,7 @@ from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.percept import Pace
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.children.family import Family
-from caregiver_mj.children.tape import Tape
+from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.children.walk import novice_timestep
 from caregiver_mj.errors import CaregiverError, check_integer
 from caregiver_mj.experiments import intervals, two_level
@@ -97,10 +97,10 @@ class SlowedGrid(GridWorld):
         self._pace = caregiver.pace = pace if separates else dataclasses.replace(pace, beside=())
         self._cells = np.array(plan.caregiver_cells)
 
-    def reset(self, tapes: Sequence[Sequence[Tape]]) -> None:
-        super().reset(tapes)
+    def reset(self, streams: Sequence[Sequence[RandomStream]]) -> None:
+        super().reset(streams)
         if self.child_cell.shape != (1, 1):
-            raise CaregiverError(f"tapes must be of one episode of one child, got {self.child_cell.shape}")
+            raise CaregiverError(f"streams must be of one episode of one child, got {self.child_cell.shape}")
         self._aim: tuple[Any, ...] | None = None  # the state that it works towards, for so many ticks yet
         self._left, self._walks = 0, False
 
@@ -175,7 +175,7 @@ def slowed(job: tuple[str, str, str, int, bool, str]) -> float:
     caregiver = make_caregiver(name, plan)
     assert caregiver is not None  # it is not "none"
     world = SlowedGrid(plan, Family.of(child), caregiver, pace_of(plan, robot), separates)
-    return float(world.run([Tape.draw_family(np.random.RandomState(seed), 1)]).damage[0])
+    return float(world.run([RandomStream.draw_family(np.random.RandomState(seed), 1)]).damage[0])
 
 
 def run_slowed(house: pd.DataFrame, settings: Settings, episodes: int, jobs: int) -> pd.DataFrame:

@@ -8,7 +8,7 @@ import pytest
 from caregiver_mj.caregivers import Percept, make_caregiver
 from caregiver_mj.caregivers.baselines import ChildproofCaregiver, WandererCaregiver, table_exposure
 from caregiver_mj.caregivers.paper import CandlesCaregiver, StairsCaregiver
-from caregiver_mj.children.tape import Tape
+from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
@@ -119,6 +119,6 @@ def test_what_is_nearest_to_the_caregiver_is_first_wherever_the_child_is(cell, f
 
 def test_everything_that_can_be_put_right_is_when_nobody_is_about():
     world = GridWorld(HOME, "0.05", make_caregiver("nearest-first", HOME))
-    world.run([Tape.draw_family(np.random.RandomState(seed), 1) for seed in range(5)])
+    world.run([RandomStream.draw_family(np.random.RandomState(seed), 1) for seed in range(5)])
     assert (world.state[:, [0, 2]] != 0).all()
     assert (world.candle_table != HOME.candle_tables[0]).all()

@@ -14,7 +14,7 @@ from caregiver_mj.caregivers.baselines import GuardCaregiver, NearestCaregiver, 
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.learned import LearnedCaregiver
 from caregiver_mj.caregivers.paper import CandlesCaregiver, PaperCaregiver, StairsCaregiver
-from caregiver_mj.children.tape import pick
+from caregiver_mj.children.random_stream import pick
 from caregiver_mj.interventions.verb import BLOCK, RELOCATE, STAND_ASIDE, Intervention
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING

@@ -24,7 +24,7 @@ from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Pace, Percept
 from caregiver_mj.caregivers.told import ToldCaregiver, Truth
 from caregiver_mj.children.family import Family, side_by_side
-from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
+from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS, RandomStream
 from caregiver_mj.danger.child_model import EPSILONS, child_chain
 from caregiver_mj.grid.world import GridWorld, run_episodes
 from caregiver_mj.interventions.verb import BLOCK, RELOCATE
@@ -85,8 +85,8 @@ ONLY_TOYS = """
 """
 
 
-def tapes(count, children=1, timesteps=EPISODE_TIMESTEPS):
-    return [Tape.draw_family(np.random.RandomState(seed), children, timesteps) for seed in range(count)]
+def streams(count, children=1, timesteps=EPISODE_TIMESTEPS):
+    return [RandomStream.draw_family(np.random.RandomState(seed), children, timesteps) for seed in range(count)]
 
 
 def percept(plan, child, caregiver, candle_table=None):
@@ -308,7 +308,7 @@ class TestValueTable:
         objective = Objective(price=1.0, random_price=1.0)
         caregiver = KnowsGoalCaregiver(plan, objective=objective)
         world = GridWorld(plan, 0.5, caregiver)
-        world.reset(tapes(episodes))
+        world.reset(streams(episodes))
         world.step()
         free = np.flatnonzero((world.candle_table >= 0).all(axis=1))
         expected = caregiver.expected_damage(world.percept(), free)
@@ -341,7 +341,7 @@ class TestForesight:
         caregiver = ForesightCaregiver(plan)
         assert caregiver.options(percept(plan, 1, 9), np.array([0])).table.tolist() == [[1]]
         world = GridWorld(plan, 1.0, caregiver)
-        world.reset(tapes(20))
+        world.reset(streams(20))
         for _ in range(40):
             world.step()
         assert (world.ledger.totals()["interventions_done"] > 0).mean() > 0.5
@@ -406,7 +406,7 @@ class TestForesight:
     @pytest.mark.parametrize("text", [NO_CANDLE, ONLY_TOYS])
     def test_lives_in_every_house(self, text):
         plan = FloorPlan.parse(text)
-        ledger = GridWorld(plan, "0.5", ForesightCaregiver(plan)).run(tapes(3, timesteps=60))
+        ledger = GridWorld(plan, "0.5", ForesightCaregiver(plan)).run(streams(3, timesteps=60))
         assert ledger.timestep == 60
 
 
@@ -453,7 +453,7 @@ class TestToldCaregivers:
         caregiver = Listener(plan)
         children = side_by_side(plan, [Family.of(0.25), Family.of(1.0)], 2)
         world = GridWorld(plan, children, caregiver)
-        world.reset(tapes(4))
+        world.reset(streams(4))
         world.step()
         assert caregiver.truth.epsilon[:, 0].tolist() == [0.25, 0.25, 1.0, 1.0]
         assert caregiver.truth.goal.tolist() == world.goal.tolist()

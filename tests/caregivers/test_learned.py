@@ -8,7 +8,7 @@ import pytest
 from caregiver_mj.caregivers import learned
 from caregiver_mj.caregivers.learned import LearnedCaregiver, layers
 from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.children.tape import Tape
+from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.interventions.verb import BLOCK, DO_NOTHING, RELOCATE, STAND_ASIDE
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -86,7 +86,7 @@ def test_the_network_by_hand():
 @pytest.mark.parametrize(("name", "children"), [("paper", 1), ("home-500001", 2)])
 def test_an_episode_does_not_depend_on_its_batch(name, children):
     plan = FloorPlan.load(name)
-    families = [Tape.draw_family(np.random.RandomState(seed), children) for seed in range(4)]
+    families = [RandomStream.draw_family(np.random.RandomState(seed), children) for seed in range(4)]
     run = lambda some: GridWorld(plan, [0.5] * children, LearnedCaregiver(plan)).run(some).damage  # noqa: E731
     assert (run(families) == np.concatenate([run([family]) for family in families])).all()
 

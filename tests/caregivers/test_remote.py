@@ -30,7 +30,7 @@ from caregiver_mj.cli import main
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.settings import Settings
-from caregiver_mj.experiments.spec import episode_tapes
+from caregiver_mj.experiments.spec import episode_streams
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.policy import CaregiverPolicy
@@ -304,7 +304,7 @@ def test_frames_are_refused_where_there_is_no_camera(server, tmp_path, capsys):
     assert not (tmp_path / "run").exists()
     plan = FloorPlan.load("paper")
     with pytest.raises(CaregiverError, match="must be left out where there are no cameras"):
-        GridWorld(plan, 0.5, make_caregiver(server.address, plan, 0, Queries(frames=True))).run([episode_tapes(1, 1)])
+        GridWorld(plan, 0.5, make_caregiver(server.address, plan, 0, Queries(frames=True))).run([episode_streams(1, 1)])
     assert not server.asked
 
 
@@ -378,7 +378,7 @@ def test_slow_thinking_in_real_time_comes_late(monkeypatch, thinking, first):
     plan = FloorPlan.load("paper")
     caregiver = make_caregiver("http://127.0.0.1:9", plan, 0, Queries(thinking=thinking))
     world = GridWorld(plan, 0.5, caregiver)
-    world.reset([episode_tapes(1, 1)])
+    world.reset([episode_streams(1, 1)])
     world.move_children()
     targets = []
     for left in (1.0, 2 / 3, 1 / 3):
@@ -411,7 +411,7 @@ def test_whatever_else_comes_is_an_abstention(server, tmp_path, monkeypatch, fau
     queries = Queries(patience=0.3, folder=str(tmp_path))
     caregiver = make_caregiver(address if name == "http" else "chat:m", plan, 0, queries)
     world = GridWorld(plan, 0.5, caregiver)
-    world.reset([episode_tapes(1, 1)])
+    world.reset([episode_streams(1, 1)])
     world.move_children()
     before = time.monotonic()
     assert caregiver.choose(world.percept()).tolist() == [-1]
@@ -429,7 +429,7 @@ def asked_once(address, tmp_path, patience=0.5, **queries):
     queries = Queries(patience=patience, folder=str(tmp_path / "exchanges"), **queries)
     caregiver = make_caregiver(address, FloorPlan.load("paper"), 0, queries)
     world = GridWorld(FloorPlan.load("paper"), 0.5, caregiver)
-    world.reset([episode_tapes(1, 1)])
+    world.reset([episode_streams(1, 1)])
     world.move_children()
     before = time.monotonic()
     caregiver.choose(world.percept())
@@ -607,7 +607,7 @@ def test_changed_answers_are_read_or_abstentions(server, tmp_path, monkeypatch, 
     caregiver = make_caregiver(f"{server.address}/fault" if name == "http" else "chat:m", plan, 0, queries)
     for _ in range(count):
         world = GridWorld(plan, 0.5, caregiver)
-        world.reset([episode_tapes(1, 1)])
+        world.reset([episode_streams(1, 1)])
         world.move_children()
         target = caregiver.choose(world.percept())[0]
         assert -1 <= target < len(plan.hazards)

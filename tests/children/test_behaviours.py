@@ -10,8 +10,8 @@ from caregiver_mj.children.behaviour import ChildPercept
 from caregiver_mj.children.explorer import Explorer
 from caregiver_mj.children.family import CHILDREN, Family
 from caregiver_mj.children.novice import Novice
+from caregiver_mj.children.random_stream import pick
 from caregiver_mj.children.robot_related import Adversary, Avoider, Seeker
-from caregiver_mj.children.tape import pick
 from caregiver_mj.plans.cell_graph import ACTIONS, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING

@@ -7,7 +7,7 @@ from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.children.behaviour import ChildPercept
 from caregiver_mj.children.changing import SWITCH, Drifter, Waverer
 from caregiver_mj.children.family import Family, side_by_side
-from caregiver_mj.children.tape import Tape
+from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
@@ -16,8 +16,8 @@ PLAN = FloorPlan.load("paper")
 SIGHT = ChildPercept(np.zeros(2, int), np.zeros(2, int), np.full(2, NOTHING), np.zeros(2, bool))
 
 
-def tapes(count):
-    return [Tape.draw_family(np.random.RandomState(seed), 1) for seed in range(count)]
+def streams(count):
+    return [RandomStream.draw_family(np.random.RandomState(seed), 1) for seed in range(count)]
 
 
 def course(child, timesteps, third=0.0):
@@ -52,7 +52,7 @@ def test_the_waverer_walks_by_its_own_draws_and_turns_at_the_ends():
 def test_the_switcher_wants_one_half_of_the_bins_and_then_the_other():
     world = GridWorld(PLAN, "switcher:0.25", None)
     goals = []
-    families = tapes(20)
+    families = streams(20)
     world.reset(families)
     for _ in range(200):
         goals.append(world.goal.copy())
@@ -67,7 +67,7 @@ def test_side_by_side_they_change_as_by_themselves():
     names = ("switcher:0.25", "drifter:0.4", "waverer:0.4")
     families = [Family.of(name) for name in names]
     caregiver = PaperCaregiver(PLAN)
-    together = GridWorld(PLAN, side_by_side(PLAN, families, 2), caregiver).run(tapes(2) * 3)
+    together = GridWorld(PLAN, side_by_side(PLAN, families, 2), caregiver).run(streams(2) * 3)
     for i, name in enumerate(names):
-        alone = GridWorld(PLAN, name, caregiver).run(tapes(2))
+        alone = GridWorld(PLAN, name, caregiver).run(streams(2))
         assert [alone.outcome(k) for k in range(2)] == [together.outcome(2 * i + k) for k in range(2)]

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import caregiver_mj
-from caregiver_mj.children.tape import Tape, random_state
+from caregiver_mj.children.random_stream import RandomStream, random_state
 from caregiver_mj.envs.houses_vector import GridHousesVector
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import run_episodes
@@ -65,5 +65,5 @@ def test_of_the_grid():
 def test_a_generator_shares_its_stream():
     source, twin = np.random.default_rng(1), np.random.default_rng(1)
     assert random_state(source).random_sample() == twin.random()
-    Tape.draw(source, 2)
+    RandomStream.draw(source, 2)
     assert source.random() != twin.random()

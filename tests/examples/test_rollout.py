@@ -10,10 +10,10 @@ import rollout_caregiver
 from rollout_caregiver import RolloutCaregiver, to_expect
 
 from caregiver_mj.caregivers.registry import make_caregiver
-from caregiver_mj.children.tape import Tape
+from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.danger.child_model import child_chain
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments.spec import episode_tapes
+from caregiver_mj.experiments.spec import episode_streams
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 
@@ -25,8 +25,8 @@ def fixture_plan():
     return FloorPlan.parse(HOUSE)
 
 
-def tapes(episodes):
-    return [episode_tapes(episode, 1) for episode in range(episodes)]
+def streams(episodes):
+    return [episode_streams(episode, 1) for episode in range(episodes)]
 
 
 @pytest.mark.parametrize("sight", ["walls", "all"])
@@ -35,7 +35,7 @@ def test_a_simulated_child_goes_where_it_must_unless_the_caregiver_is_in_its_way
     monkeypatch.setattr(rollout_caregiver, "AHEAD", 1)
     caregiver = RolloutCaregiver(plan)
     world = GridWorld(plan, 0.05, caregiver, sight=sight)
-    world.reset(tapes(1))
+    world.reset(streams(1))
     # From below the doorway's left side there is one way to the bin at the right: through the doorway, to the east.
     cell, doorway = plan.cell_index[3, 3], plan.cell_index[3, 4]
     goal = plan.bins.index((1, 7))
@@ -67,7 +67,7 @@ def test_it_does_what_costs_least_for_the_rest_of_a_timestep(plan, monkeypatch):
     moved = []
     for caregiver in (make_caregiver("foresight", plan), RolloutCaregiver(plan)):
         world = GridWorld(plan, 0.5, caregiver, sight="walls")
-        world.reset(tapes(4))
+        world.reset(streams(4))
         before = world.caregiver_cell
         for _ in range(3):
             world.step()
@@ -81,7 +81,7 @@ def test_what_it_draws_depends_on_the_episode_alone(plan, monkeypatch):
 
     def cells(which):
         world = GridWorld(plan, 0.75, RolloutCaregiver(plan), sight="camera")
-        world.reset([tapes(2)[number] for number in which])
+        world.reset([streams(2)[number] for number in which])
         for _ in range(8):
             world.step()
         return world.caregiver_cell.tolist(), world.child_cell[:, 0].tolist()
@@ -92,7 +92,7 @@ def test_what_it_draws_depends_on_the_episode_alone(plan, monkeypatch):
 
 def test_what_is_to_be_expected_is_what_comes(plan):
     world = GridWorld(plan, 0.75, make_caregiver("expected-danger", plan))
-    world.reset(tapes(400))
+    world.reset(streams(400))
     expected = np.zeros(400)
     for _ in range(25):
         expected += to_expect(world)
@@ -111,8 +111,8 @@ def test_gates_and_several_children_are_refused(plan):
 
 def test_it_is_judged_and_what_is_kept_is_not_judged_again(tmp_path, monkeypatch, capsys):
     (tmp_path / "tiny.txt").write_text(HOUSE)
-    brief = Tape.draw_family(np.random.RandomState(0), 1, 6)
-    monkeypatch.setattr(judge_rollout, "episode_tapes", lambda seed, children: brief)
+    brief = RandomStream.draw_family(np.random.RandomState(0), 1, 6)
+    monkeypatch.setattr(judge_rollout, "episode_streams", lambda seed, children: brief)
     asked = ["--houses", str(tmp_path / "tiny.txt"), "--sights", "walls", "--epsilons", ".75", "--episodes", "1"]
     monkeypatch.setattr("sys.argv", ["judge", *asked, "--jobs", "1", "--out", str(tmp_path / "out")])
     judge_rollout.main()

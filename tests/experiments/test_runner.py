@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from caregiver_mj.children.tape import EPISODE_TIMESTEPS
+from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.envs.house import HouseEnv
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.runner import DivergenceError, make_grid, make_house, run
-from caregiver_mj.experiments.spec import EpisodeSpec, episode_tapes
+from caregiver_mj.experiments.spec import EpisodeSpec, episode_streams
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.own import make_policy
 
@@ -105,7 +105,7 @@ def test_it_runs_on_until_a_condition_holds():
     assert not house.run_on()
     assert (house.steps, house.over, house.action) == (STEPS, True, None)
     grid = make_grid(GRID)
-    grid.reset([episode_tapes(spec.own_seed, 1) for spec in GRID])
+    grid.reset([episode_streams(spec.own_seed, 1) for spec in GRID])
     assert grid.run_on(until=lambda: grid.timestep == 7)
     assert not grid.run_on()
     assert grid.timestep == EPISODE_TIMESTEPS

@@ -7,7 +7,7 @@ from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.registry import CAREGIVERS, make_caregiver
 from caregiver_mj.caregivers.told import ToldCaregiver
-from caregiver_mj.children.tape import Tape
+from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.interventions.verb import DO_NOTHING
@@ -16,8 +16,8 @@ from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.visibility import ALL_ROUND
 
 
-def tapes(seeds, children=1):
-    return [Tape.draw_family(np.random.RandomState(seed), children) for seed in seeds]
+def streams(seeds, children=1):
+    return [RandomStream.draw_family(np.random.RandomState(seed), children) for seed in seeds]
 
 
 class Watching(PaperCaregiver):
@@ -37,7 +37,7 @@ def test_what_is_seen_is_true_and_the_rest_is_not_told(sight):
     plan = FloorPlan.load("apartment")
     caregiver = Watching(plan)
     world = GridWorld(plan, "1,.25", caregiver, sight=sight)
-    world.reset(tapes(range(5), 2))
+    world.reset(streams(range(5), 2))
     for _ in range(60):
         world.step()
         cell, action, seen = caregiver.shown[-1]
@@ -57,7 +57,7 @@ def test_what_is_out_of_sight_changes_nothing(name):
     moves = []
     for seeds in ([3], [4]):
         world = GridWorld(plan, 1.0, make_caregiver(name, plan), sight="walls")
-        world.reset(tapes(seeds))
+        world.reset(streams(seeds))
         world.caregiver_cell[:] = plan.cell_index[(1, 1)]
         world.child_cell[:] = plan.cell_index[(1, 11)]
         world.eyes = type(world.eyes)(world, world.sight)
@@ -75,7 +75,7 @@ def test_what_is_out_of_sight_changes_nothing(name):
 def test_whoever_stands_still_turns_round():
     plan = FloorPlan.load("paper")
     world = GridWorld(plan, 0.5, make_caregiver("guard", plan), sight="camera")
-    world.reset(tapes([0]))
+    world.reset(streams([0]))
     headings = set()
     for _ in range(20):
         before = world.caregiver_cell.copy()
@@ -89,7 +89,7 @@ def test_whoever_stands_still_turns_round():
 def test_it_finds_out_what_has_become_of_things_by_looking():
     plan = FloorPlan.parse("#########\n#B..#..o#\n#...#.#.#\n#.......#\n#########", "battery")
     world = GridWorld(plan, 0.5, make_caregiver("nearest", plan), sight="walls")
-    world.reset(tapes([0]))
+    world.reset(streams([0]))
     world.caregiver_cell[:] = plan.cell_index[(1, 2)]
     world.state[:] = 0
     world.eyes = type(world.eyes)(world, world.sight)
@@ -119,7 +119,7 @@ def test_every_caregiver_can_do_with_its_own_eyes(name):
     plan, damage = FloorPlan.load("home-300004"), []
     for _ in range(2):
         world = GridWorld(plan, "1,.25", make_caregiver(name, plan), sight="camera")
-        world.reset(tapes(range(3), 2))
+        world.reset(streams(range(3), 2))
         for _ in range(40):
             world.step()
         damage.append(world.ledger.damage)
@@ -130,7 +130,7 @@ def test_every_caregiver_can_do_with_its_own_eyes(name):
 @pytest.mark.slow
 def test_a_batch_changes_no_episode():
     plan = FloorPlan.load("paper")
-    run = lambda seeds: GridWorld(plan, 0.75, make_caregiver("foresight", plan), sight="walls").run(tapes(seeds))  # noqa: E731
+    run = lambda seeds: GridWorld(plan, 0.75, make_caregiver("foresight", plan), sight="walls").run(streams(seeds))  # noqa: E731
     assert (run(range(4)).damage == np.concatenate([run([seed]).damage for seed in range(4)])).all()
 
 
@@ -138,7 +138,7 @@ def test_foresight_waits_in_cells_that_it_reaches_in_time_also_where_it_may_go_t
     plan = FloorPlan.load("paper")
     far, waited = plan.graph.distances_from(range(len(plan.caregiver_cells))), 0
     world = GridWorld(plan, 1.0, ForesightCaregiver(plan), sight="walls")
-    world.reset(tapes(range(4)))
+    world.reset(streams(range(4)))
     for _ in range(40):
         before = world.caregiver_cell.copy()
         world.step()
@@ -151,7 +151,7 @@ def test_foresight_waits_in_cells_that_it_reaches_in_time_also_where_it_may_go_t
 def test_foresight_goes_to_look_for_a_child_that_moves_at_random():
     plan, seeds = FloorPlan.load("house-17"), range(15)
     looks, never = (
-        GridWorld(plan, 1.0, ForesightCaregiver(plan, regrets=regrets), sight="walls").run(tapes(seeds)).totals()
+        GridWorld(plan, 1.0, ForesightCaregiver(plan, regrets=regrets), sight="walls").run(streams(seeds)).totals()
         for regrets in (30, 0)
     )
     assert (never["looking"] == 0).all()
@@ -165,7 +165,7 @@ HALL = "########\n#S....B#\n########"
 def test_it_does_not_walk_into_a_child_behind_its_back_and_feels_it():
     plan = FloorPlan.parse(HALL, "hall")
     world = GridWorld(plan, 0.5, make_caregiver("guard", plan), sight="camera")
-    world.reset(tapes([0]))
+    world.reset(streams([0]))
     caregiver, child = plan.cell_index[(1, 4)], plan.cell_index[(1, 3)]
     world.caregiver_cell[:], world.child_cell[:] = caregiver, child
     world.eyes = type(world.eyes)(world, world.sight)
@@ -182,7 +182,7 @@ def test_it_does_not_walk_into_a_child_behind_its_back_and_feels_it():
 def test_the_rule_weighs_what_it_fears_by_where_the_child_may_be():
     plan = FloorPlan.parse("#########\n#S.....S#\n####B####\n#########", "two stairs")
     world = GridWorld(plan, 0.5, make_caregiver("expected-danger", plan), sight="walls")
-    world.reset(tapes([0]))
+    world.reset(streams([0]))
     west, east = plan.cell_index[(1, 2)], plan.cell_index[(1, 5)]
     joint = np.zeros_like(world.eyes.tracker.joint)
     joint[:, :, west], joint[:, :, east] = 0.75 / joint[0, 0, 0].size, 0.25 / joint[0, 0, 0].size

@@ -8,7 +8,7 @@ import pytest
 from caregiver_mj.caregivers import Caregiver, make_caregiver
 from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.children.family import CHILDREN
-from caregiver_mj.children.tape import Tape
+from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.grid.world import FloorWorld, GridWorld, run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
@@ -18,8 +18,8 @@ NORTH, EAST, SOUTH, WEST = range(4)
 
 
 def moving(action, timesteps=1):
-    """A tape on which a novice of epsilon 1 makes one move, always."""
-    return [Tape(np.zeros(3), np.tile([0.0, (action + 0.5) / 4, 0.0], (timesteps, 1)))]
+    """A stream on which a novice of epsilon 1 makes one move, always."""
+    return [RandomStream(np.zeros(3), np.tile([0.0, (action + 0.5) / 4, 0.0], (timesteps, 1)))]
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +29,7 @@ def paper():
 
 def run_floor(plan, family, seeds):
     """The ledger of a family's episodes."""
-    return FloorWorld(plan, family).run([Tape.draw_family(np.random.RandomState(seed), 1) for seed in seeds])
+    return FloorWorld(plan, family).run([RandomStream.draw_family(np.random.RandomState(seed), 1) for seed in seeds])
 
 
 @pytest.mark.parametrize(("epsilon", "left"), [(1.0, 0.25), (0.05, 0.15)])
@@ -143,7 +143,7 @@ def test_an_episode_with_any_child_is_the_same_alone_and_among_others(child, nam
     caregiver = caregiver_of(name)
     plan = caregiver.plan if caregiver else FloorPlan.load("apartment")
     world = GridWorld(plan, f"{child}:0.6,0.3", caregiver)
-    families = [Tape.draw_family(np.random.RandomState(seed), 2, timesteps=50) for seed in (7, 3, 11)]
+    families = [RandomStream.draw_family(np.random.RandomState(seed), 2, timesteps=50) for seed in (7, 3, 11)]
     together = world.run(families)
     alone = world.run(families[:1])
     others = world.run(families[1:])

@@ -11,7 +11,7 @@ from random_plans import plan_texts, plans_with_things
 
 from caregiver_mj.caregivers import CAREGIVERS, Caregiver, make_caregiver
 from caregiver_mj.children.family import CHILDREN
-from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
+from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS, RandomStream
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld, run_episodes
 from caregiver_mj.interventions.verb import DO_NOTHING, Intervention, Interventions
@@ -23,8 +23,8 @@ STEPS = ((-1, 0), (0, 1), (1, 0), (0, -1))
 EPSILONS = (1.0, 0.75, 0.5, 0.25, 0.05)
 
 
-def tapes(seeds, timesteps=EPISODE_TIMESTEPS, children=1):
-    return [Tape.draw_family(np.random.RandomState(seed), children, timesteps) for seed in seeds]
+def streams(seeds, timesteps=EPISODE_TIMESTEPS, children=1):
+    return [RandomStream.draw_family(np.random.RandomState(seed), children, timesteps) for seed in seeds]
 
 
 @pytest.fixture(scope="module")
@@ -144,24 +144,24 @@ class PlainWorld:
                     traps.add(cell)
         return traps
 
-    def begin(self, tape, epsilon):
-        self.tape, self.time, self.epsilon = tape, 0, epsilon
+    def begin(self, stream, epsilon):
+        self.stream, self.time, self.epsilon = stream, 0, epsilon
         starts = [cell for cell in self.free if cell not in self.things]
-        self.novice = starts[int(tape.start[0] * len(starts))]
+        self.novice = starts[int(stream.start[0] * len(starts))]
         others = [cell for cell in starts if cell != self.novice]
-        self.caregiver = others[int(tape.start[1] * len(others))] if others else self.stairwells[-1]
-        self.goal = self.bins[int(tape.start[2] * len(self.bins))]
+        self.caregiver = others[int(stream.start[1] * len(others))] if others else self.stairwells[-1]
+        self.goal = self.bins[int(stream.start[2] * len(self.bins))]
         self.candles = [cell for cell in self.tables if self.at[cell] == "C"]  # each candle's table
         self.held = self.destination = self.intended = None
         self.lying = list(self.things)  # what is gone is None
         self.seen = {self.novice}
         self.over = False
         self.harm = dict.fromkeys("SCTo", 0)
-        self.lasted, self.toys, self.begun, self.done = len(tape.steps), 0, 0, 0
+        self.lasted, self.toys, self.begun, self.done = len(stream.steps), 0, 0, 0
         self.blocked, self.series, self.longest, self.until_stop = {"S": 0, ".": 0}, 0, 0, 0
 
     def step(self):  # noqa: C901, PLR0912 one timestep, written out
-        chance, which, toy = self.tape.steps[self.time]
+        chance, which, toy = self.stream.steps[self.time]
         self.time += 1
         if chance < self.epsilon:
             there = self.around(self.novice)[int(which * 4)]
@@ -319,7 +319,7 @@ def plain_world(text, assisted):
 
 def compare_with_the_plain_world(text, epsilon, assisted, seeds, timesteps):
     plan = FloorPlan.parse(text)
-    batch = tapes(seeds, timesteps)
+    batch = streams(seeds, timesteps)
     world = GridWorld(plan, epsilon, make_caregiver("paper", plan) if assisted else None)
     world.reset(batch)
     states = []
@@ -328,8 +328,8 @@ def compare_with_the_plain_world(text, epsilon, assisted, seeds, timesteps):
         world.step()
     totals = world.ledger.totals()
     plain = plain_world(text, assisted)
-    for i, (tape,) in enumerate(batch):
-        plain.begin(tape, epsilon)
+    for i, (stream,) in enumerate(batch):
+        plain.begin(stream, epsilon)
         for timestep in range(timesteps):
             if not assisted:
                 plain.caregiver = states[timestep][i][2]  # stands there, and is nowhere
@@ -370,8 +370,8 @@ def test_in_the_paper_house_it_is_the_plain_world_for_whole_episodes(paper, epsi
 def test_the_novice_draws_the_same_with_and_without_a_caregiver(paper):
     """Common random numbers: as long as the caregiver does not touch it, the novice does the same."""
     alone, assisted = (GridWorld(paper, 0.5, caregiver) for caregiver in (None, make_caregiver("guard", paper)))
-    alone.reset(tapes(range(50)))
-    assisted.reset(tapes(range(50)))
+    alone.reset(streams(range(50)))
+    assisted.reset(streams(range(50)))
     for _ in range(30):
         alone.step()
         assisted.step()
@@ -393,7 +393,7 @@ def test_the_novice_draws_the_same_with_and_without_a_caregiver(paper):
 def test_nothing_impossible_happens(text, child, epsilon, name):
     plan = FloorPlan.parse(text)
     world = GridWorld(plan, f"{child}:{epsilon}", make_caregiver(name, plan))
-    world.reset(tapes(range(6)))
+    world.reset(streams(range(6)))
     between = plan.graph.distances_from(range(len(plan.caregiver_cells)))
     worlds = np.arange(6)
     for _ in range(60):
@@ -431,8 +431,8 @@ def place(world, novice, caregiver):
 
 
 def moving(world, action, timesteps=1):
-    """Tapes in which the novice makes one move, always."""
-    world.reset([[Tape(np.zeros(3), np.tile([0.0, (action + 0.5) / 4, 0.0], (timesteps, 1)))]])
+    """Random streams in which the novice makes one move, always."""
+    world.reset([[RandomStream(np.zeros(3), np.tile([0.0, (action + 0.5) / 4, 0.0], (timesteps, 1)))]])
 
 
 NORTH, EAST, SOUTH, WEST = range(4)
@@ -509,7 +509,7 @@ def test_children_are_never_in_one_cell_nor_in_the_caregivers(text, family, name
     if len(plan.free_cells) <= children:
         return
     world = GridWorld(plan, family, make_caregiver(name, plan))
-    world.reset(tapes(range(6), children=children))
+    world.reset(streams(range(6), children=children))
     for _ in range(40):
         world.step()
         cells = np.concatenate([world.child_cell, world.caregiver_cell[:, None]], axis=1)
@@ -525,7 +525,7 @@ def test_children_are_never_in_one_cell_nor_in_the_caregivers(text, family, name
 
 def test_a_child_waits_before_a_cell_in_which_another_one_is():
     world = GridWorld(DOORWAY, "1,1", None)
-    west = Tape(np.zeros(3), np.tile([0.0, (WEST + 0.5) / 4, 0.0], (2, 1)))
+    west = RandomStream(np.zeros(3), np.tile([0.0, (WEST + 0.5) / 4, 0.0], (2, 1)))
     world.reset([[west, west]])
     world.child_cell[:] = [[DOORWAY.cell_index[cell] for cell in ((1, 1), (1, 2))]]
     world.step()  # the first one bumps into the wall, the second one waits

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scripted_child import EAST, SOUTH, STAY, WEST, Scripted
 
-from caregiver_mj.children.tape import Tape
+from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.house.child import HouseChild
 from caregiver_mj.house.children import Children
 from caregiver_mj.house.physics import Physics
@@ -18,13 +18,13 @@ MOVE, STEP = 1.68, 0.02  # seconds
 RANDOM = np.random.RandomState(0)
 
 
-def tape(seed=0) -> Tape:
-    return Tape.draw(np.random.RandomState(seed))
+def stream(seed=0) -> RandomStream:
+    return RandomStream.draw(np.random.RandomState(seed))
 
 
 def child_in(cell, move=STAY, plan=ROOM) -> HouseChild:
     child = HouseChild(plan, Scripted(plan, move), MOVE)
-    child.reset(tape(), plan.cell_index[cell], 0.0)
+    child.reset(stream(), plan.cell_index[cell], 0.0)
     return child
 
 
@@ -108,7 +108,7 @@ def test_a_toy_is_the_bin_that_it_wants():
     assert child.goal == wanted
     booking = timestep(child, touch("bin", wanted), touch("bin", wanted))
     assert booking.toy
-    assert child.goal == int(tape().steps[0, 2] * 2)  # by the third draw of the timestep
+    assert child.goal == int(stream().steps[0, 2] * 2)  # by the third draw of the timestep
 
 
 # -- The robot in its way ----------------------------------------------------------------------------
@@ -143,7 +143,7 @@ def test_a_robot_on_the_landing_blocks_unless_the_child_falls_all_the_same():
 def test_a_robot_in_the_cell_of_a_thin_wall_is_taken_to_be_in_the_nearest_one():
     physics, behaviour = Physics.from_plan(CORRIDOR, visuals=False), Scripted(CORRIDOR, STAY)
     children = Children(CORRIDOR, [behaviour], MOVE)
-    children.start(0, tape(), CORRIDOR.cell_index[1, 2], 0.0, physics)
+    children.start(0, stream(), CORRIDOR.cell_index[1, 2], 0.0, physics)
     x, y = CORRIDOR.position((1, 4))
     for off in (0.0, 0.6 * CORRIDOR.cell_size):
         physics.set_robot(np.array([x, y + off, 0.0]))
@@ -164,7 +164,7 @@ def corridor(physics, *places) -> Children:
     """Children in the corridor's columns, with the moves that they make."""
     children = Children(CORRIDOR, [Scripted(CORRIDOR, move) for _, move in places], MOVE)
     for number, (column, _) in enumerate(places):
-        children.start(number, tape(number), CORRIDOR.cell_index[1, column], 0.0, physics)
+        children.start(number, stream(number), CORRIDOR.cell_index[1, column], 0.0, physics)
     return children
 
 

@@ -12,7 +12,7 @@ import caregiver_mj
 from caregiver_mj.caregivers import Caregiver
 from caregiver_mj.caregivers.foresight.value_table import OBJECTIVE, Objective, value_tables
 from caregiver_mj.caregivers.registry import make_caregiver
-from caregiver_mj.children.tape import Tape
+from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.errors import CaregiverError, FloorPlanError
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.interventions.verb import Intervention, Interventions
@@ -26,13 +26,13 @@ from caregiver_mj.robot.skills.close import closing
 HOUSE = FloorPlan.parse("##########\n#G......B#\n#........#\n#.....C.G#\n#...T.S..#\n##########", "gates")
 
 
-def tapes(episodes, timesteps=200):
-    return [Tape.draw_family(np.random.RandomState(seed), 1, timesteps) for seed in range(episodes)]
+def streams(episodes, timesteps=200):
+    return [RandomStream.draw_family(np.random.RandomState(seed), 1, timesteps) for seed in range(episodes)]
 
 
 def ran(name, epsilon="1", plan=HOUSE, episodes=30):
     world = GridWorld(plan, epsilon, None if name == "none" else make_caregiver(name, plan, 0))
-    world.run(tapes(episodes))
+    world.run(streams(episodes))
     return world
 
 
@@ -83,7 +83,7 @@ def test_it_takes_an_action_in_the_cell_before_it():
             return np.full(len(percept.child_cell), 1)
 
     world = GridWorld(HOUSE, "1", Closer(HOUSE))
-    world.reset(tapes(40))
+    world.reset(streams(40))
     while (world.state[:, 1] == State.AS_PLANNED).any():
         before, stood = world.state[:, 1].copy(), world.caregiver_cell.copy()
         world.act_caregiver(world.caregiver)
@@ -114,7 +114,7 @@ def test_a_verb_is_for_its_kind(verb, hazard, words):
             return Interventions.of([Intervention(verb, hazard)])
 
     with pytest.raises(CaregiverError, match=f"'{verb}' {words}, .* got hazard {hazard}"):
-        GridWorld(HOUSE, "0.5", Confused(HOUSE)).run(tapes(1, 2))
+        GridWorld(HOUSE, "0.5", Confused(HOUSE)).run(streams(1, 2))
 
 
 # -- The house -----------------------------------------------------------------------------------
@@ -237,7 +237,7 @@ def test_in_any_plan_nobody_gets_behind_a_gate_and_none_falls_where_it_is_shut(p
     into = plan.graph.bumps[:, :, None] == np.arange(len(plan.landings), len(plan.stairwells))
     assert into.any(axis=1).sum(axis=0).tolist() == [1] * len(plan.mouths)  # from one cell each
     world = GridWorld(plan, "1", make_caregiver(name, plan, 0))
-    world.reset(tapes(4, 60))
+    world.reset(streams(4, 60))
     for _ in range(60):
         shut = world.state[:, len(plan.landings) : len(plan.stairwells)] == State.SHUT
         before = world.ledger.totals()["damage_gate"].copy()

@@ -13,7 +13,7 @@ from scripted_child import EAST, Scripted
 import caregiver_mj
 from caregiver_mj.caregivers import Caregiver
 from caregiver_mj.caregivers.registry import make_caregiver
-from caregiver_mj.children.tape import Tape
+from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.verbs import GRID_VERBS, InOpening
 from caregiver_mj.grid.world import GridWorld
@@ -50,23 +50,23 @@ def _registered(monkeypatch):
     monkeypatch.setitem(ROUTINES, "shut", shut_gate)
 
 
-def tapes(episodes, timesteps):
-    return [Tape.draw_family(np.random.RandomState(seed), 1, timesteps) for seed in range(episodes)]
+def streams(episodes, timesteps):
+    return [RandomStream.draw_family(np.random.RandomState(seed), 1, timesteps) for seed in range(episodes)]
 
 
 @pytest.mark.usefixtures("_registered")
 def test_the_grid_shuts_it_for_good():
     world = GridWorld(HOUSE, "1", Gatekeeper(HOUSE))
-    world.run(tapes(20, 40))
+    world.run(streams(20, 40))
     assert (world.state[:, :2] == State.SHUT).all()
     assert (world.state[:, 2] == State.AS_PLANNED).all()
     assert (world.ledger.totals()["interventions_done"] == 2).all()
     assert (world.ledger.totals()["interventions"] == 2).all()
     before = world.ledger.totals()
-    world.run(tapes(20, 200))  # a new episode has its gates open again
+    world.run(streams(20, 200))  # a new episode has its gates open again
     after = world.ledger.totals()
     assert (after["interventions_done"] == 2).all()
-    assert after["damage_stairwell"].sum() < 0.1 * GridWorld(HOUSE, "1", None).run(tapes(20, 200)).damage.sum()
+    assert after["damage_stairwell"].sum() < 0.1 * GridWorld(HOUSE, "1", None).run(streams(20, 200)).damage.sum()
     assert (after["damage_stairwell"] == before["damage_stairwell"]).all()  # all of it was before they were shut
     assert (after["moves_blocked_stairwell"] > before["moves_blocked_stairwell"]).any()
 
@@ -75,7 +75,7 @@ def test_the_grid_shuts_it_for_good():
 @pytest.mark.parametrize("name", ["nearest", "paper", "foresight", "wanderer"])
 def test_other_caregivers_leave_what_is_shut_alone(name):
     world = GridWorld(HOUSE, "1", make_caregiver(name, HOUSE, 0))
-    world.reset(tapes(10, 40))
+    world.reset(streams(10, 40))
     world.state[:, 0] = State.SHUT
     for _ in range(40):
         world.step()
@@ -117,7 +117,7 @@ def test_in_the_house_a_child_bumps_into_what_is_shut(state, damage):
 
 def test_without_its_registration_it_is_refused_by_name():
     with pytest.raises(CaregiverError, match="no verb 'shut'"):
-        GridWorld(HOUSE, "0.5", Gatekeeper(HOUSE)).run(tapes(1, 2))
+        GridWorld(HOUSE, "0.5", Gatekeeper(HOUSE)).run(streams(1, 2))
 
 
 @pytest.mark.usefixtures("_registered")
@@ -125,7 +125,7 @@ def test_a_verb_with_one_half_is_refused_where_it_has_none(monkeypatch):
     monkeypatch.delitem(GRID_VERBS, "shut")
     monkeypatch.delitem(ROUTINES, "shut")
     with pytest.raises(CaregiverError, match=r"'shut' must have its half in grid.verbs.GRID_VERBS"):
-        GridWorld(HOUSE, "0.5", Gatekeeper(HOUSE)).run(tapes(1, 2))
+        GridWorld(HOUSE, "0.5", Gatekeeper(HOUSE)).run(streams(1, 2))
     env = caregiver_mj.load("supervise", HOUSE, 0.5, random=0, visuals=False)
     policy = caregiver_mj.CaregiverPolicy(env, Gatekeeper(HOUSE))
     with pytest.raises(CaregiverError, match=r"'shut' must have its half in policy.routines.ROUTINES"):
@@ -139,4 +139,4 @@ def test_it_is_for_stairwells():
             return Interventions.of([Intervention("shut", 2)])
 
     with pytest.raises(CaregiverError, match=r"'shut' must be for a stairwell or gate, \[0, 1\], got hazard 2"):
-        GridWorld(HOUSE, "0.5", Confused(HOUSE)).run(tapes(1, 2))
+        GridWorld(HOUSE, "0.5", Confused(HOUSE)).run(streams(1, 2))

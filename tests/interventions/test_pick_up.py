@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_plans import plans_with_things
-from test_close import tapes
+from test_close import streams
 
 from caregiver_mj.caregivers import Caregiver
 from caregiver_mj.caregivers.foresight import value_table
@@ -14,7 +14,7 @@ from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.caregivers.target_map import Slots
 from caregiver_mj.caregivers.target_observation import Encoder
-from caregiver_mj.children.tape import Tape
+from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.errors import CaregiverError, FloorPlanError
 from caregiver_mj.grid.world import FloorWorld, GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -38,7 +38,7 @@ EAST, WEST = 1, 3
 
 def ran(name, plan=HOUSE, epsilon="0.75", episodes=30):
     world = GridWorld(plan, epsilon, None if name == "none" else make_caregiver(name, plan, 0))
-    world.run(tapes(episodes))
+    world.run(streams(episodes))
     return world
 
 
@@ -81,7 +81,7 @@ def walk(moves, caregiver=None, caregiver_cell=None):
     """What a child that makes some moves in the corridor has come to, and whether the battery is gone, after each."""
     steps = np.array([[0.0, (move + 0.5) / 4, 0.0] for move in moves])
     world = GridWorld(CORRIDOR, 1.0, caregiver)
-    world.reset([[Tape(np.zeros(3), steps)]])
+    world.reset([[RandomStream(np.zeros(3), steps)]])
     world.child_cell[:] = CORRIDOR.cell_index[1, 3]
     if caregiver_cell:
         world.caregiver_cell[:] = CORRIDOR.cell_index[caregiver_cell]
@@ -126,7 +126,7 @@ def test_caregivers_pick_up_for_good(name):
 
 def test_childproof_closes_gates_and_picks_up_all_there_is():
     world = GridWorld(HOUSE, "0.05", make_caregiver("childproof", HOUSE))
-    world.reset(tapes(20))
+    world.reset(streams(20))
     for _ in range(60):
         world.step()
     assert gone(world).all()
@@ -138,7 +138,7 @@ def test_childproof_closes_gates_and_picks_up_all_there_is():
 def test_in_any_plan_each_is_taken_once_and_none_comes_back(plan_text, name):
     plan = FloorPlan.parse(plan_text)
     world = GridWorld(plan, "1,0.5", None if name == "none" else make_caregiver(name, plan, 0))
-    world.reset([Tape.draw_family(np.random.RandomState(seed), 2, 60) for seed in range(4)])
+    world.reset([RandomStream.draw_family(np.random.RandomState(seed), 2, 60) for seed in range(4)])
     assert not np.isin(world.child_cell, plan.floor_cells).any()
     assert not np.isin(world.caregiver_cell, plan.floor_cells).any()
     for _ in range(60):
@@ -149,7 +149,7 @@ def test_in_any_plan_each_is_taken_once_and_none_comes_back(plan_text, name):
         assert (more / 5 <= (now & ~before).sum(axis=1)).all()
         if name == "none":
             assert (more / 5 == (now & ~before).sum(axis=1)).all()
-    floor = FloorWorld(plan, "1").run(tapes(4, 60)).totals()
+    floor = FloorWorld(plan, "1").run(streams(4, 60)).totals()
     assert (floor["damage"] == floor["damage_table"]).all()
 
 
@@ -197,7 +197,7 @@ def test_it_leaves_less_than_the_rule():
 
 def test_it_is_drawn_until_it_is_gone():
     world = GridWorld(HOUSE, "1", None)
-    world.reset(tapes(1))
+    world.reset(streams(1))
     colour = HOUSE.hazards[5].kind.colour
 
     def drawn():
@@ -215,7 +215,7 @@ def test_targets_have_places_for_it():
         Slots(HOUSE, (4, 6))
     caregiver = CommandedCaregiver(HOUSE)
     world = GridWorld(HOUSE, "1", caregiver)
-    world.reset(tapes(1))
+    world.reset(streams(1))
     encoder = Encoder(caregiver, 1, slots=(3, 2, 4))
     world.state[0, 4] = State.GONE
     percept = world.percept()

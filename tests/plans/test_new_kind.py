@@ -42,7 +42,7 @@ import json, sys
 import numpy as np
 import caregiver_mj
 from caregiver_mj.caregivers.registry import make_caregiver
-from caregiver_mj.children.tape import Tape
+from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.envs.target_grid import TargetGrid
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -59,7 +59,7 @@ seen = {{}}
 for name in ("none", "paper", "foresight", "wanderer"):
     caregiver = None if name == "none" else make_caregiver(name, plan, 0)
     world = GridWorld(plan, "1", caregiver)
-    world.run([Tape.draw_family(np.random.RandomState(seed), 1) for seed in range(20)])
+    world.run([RandomStream.draw_family(np.random.RandomState(seed), 1) for seed in range(20)])
     seen[name] = {{key: values.sum() for key, values in world.ledger.totals().items() if key.startswith("damage")}}
     seen[name]["moved"] = float((world.candle_table != plan.candle_tables).any(axis=0)[1])
 found["grid"] = seen

@@ -11,7 +11,7 @@ from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.told import ToldCaregiver
 from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.children.family import Family
-from caregiver_mj.children.tape import Tape
+from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -54,7 +54,7 @@ class TestFuture:
         plan = FloorPlan.load("paper")
         listener = Listener(plan)
         children = len(["explorer:0.5"])
-        chance = [Tape.draw_family(np.random.RandomState(seed), children) for seed in range(3)]
+        chance = [RandomStream.draw_family(np.random.RandomState(seed), children) for seed in range(3)]
         told = GridWorld(plan, "explorer:0.5", listener)
         told.reset(chance)
         told.step()
@@ -132,7 +132,7 @@ class Statue(Behaviour):
 def test_a_child_that_bars_every_way_for_long():
     plan = FloorPlan.parse("#########\n#C.....T#\n####.####\n####B####\n#########", "junction")
     world = GridWorld(plan, Family((Statue(plan, 0.0),)), ClairvoyantCaregiver(plan))
-    world.reset([Tape.draw_family(np.random.RandomState(0), 1)])
+    world.reset([RandomStream.draw_family(np.random.RandomState(0), 1)])
     world.child_cell[:] = plan.cell_index[(1, 4)]
     world.caregiver_cell[:] = plan.cell_index[(1, 6)]
     for _ in range(130):

@@ -7,7 +7,7 @@ from scripted_child import SOUTH, STAY, Scripted
 import caregiver_mj
 from caregiver_mj.caregivers import make_caregiver
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments.spec import episode_tapes
+from caregiver_mj.experiments.spec import episode_streams
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -40,7 +40,7 @@ def started(plan, caregiver="childproof", epsilon=0.5):
 
 def in_grid(plan, caregiver):
     world = GridWorld(plan, 0.5, make_caregiver(caregiver, plan))
-    world.reset([episode_tapes(0, 1)])
+    world.reset([episode_streams(0, 1)])
     return world.candle_table[0].tolist()
 
 

@@ -16,7 +16,7 @@ from dm_env import test_utils
 
 import caregiver_mj
 from caregiver_mj.caregivers.caregiver import Caregiver
-from caregiver_mj.children.tape import Tape
+from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld, run_episodes
 from caregiver_mj.interventions.verb import DO_NOTHING, Interventions
@@ -350,7 +350,7 @@ def test_a_caregiver_in_the_way_denies_the_same_in_the_house_and_in_the_grid(row
     """Both worlds, run for 20 novice timesteps, count all alike; that takes 3 s in the house."""
     plan = FloorPlan.parse(rows, "small")
     world = GridWorld(plan, 0.75, Still(plan))
-    world.reset([Tape.draw_family(np.random.RandomState(seed), 1)])
+    world.reset([RandomStream.draw_family(np.random.RandomState(seed), 1)])
     env = caregiver_mj.load("supervise", plan, epsilon=0.75, visuals=False)
     env.task.reseed(seed)
     policy, step = caregiver_mj.CaregiverPolicy(env, Still(plan)), env.reset()

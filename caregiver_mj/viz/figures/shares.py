@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from caregiver_mj.children.tape import EPISODE_TIMESTEPS
+from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.experiments.spec import FLOOR
 from caregiver_mj.plans import hazards
 from caregiver_mj.viz import colours

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from PIL import Image
 
-from caregiver_mj.children.tape import EPISODE_TIMESTEPS
+from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.colours import GROUND, TEXT, Colour, mix
 from caregiver_mj.viz.hud import cards

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from caregiver_mj.children.tape import EPISODE_TIMESTEPS
+from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.recording.record import DAMAGE_THRESHOLD
 from caregiver_mj.viz import figures
 from caregiver_mj.viz.figures import Series

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from caregiver_mj.children.tape import EPISODE_TIMESTEPS
+from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.experiments.verdicts import MARGINS
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.recording.record import DAMAGE_THRESHOLD

@@ -14,7 +14,7 @@ import numpy as np
 
 from caregiver_mj.caregivers.registry import CAREGIVERS, PLAYERS, POLICIES, RULE
 from caregiver_mj.children.family import Family
-from caregiver_mj.children.tape import EPISODE_TIMESTEPS
+from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.harm import HOW
 from caregiver_mj.experiments.run_folder import StorageError

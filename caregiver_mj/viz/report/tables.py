@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from caregiver_mj.children.tape import EPISODE_TIMESTEPS
+from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.experiments import statistics
 from caregiver_mj.experiments.harm import Harm
 from caregiver_mj.recording.contacts import BODY_LIMITS, CAUTION, FAR, FLAME_CLEAR, WAX_CLEAR

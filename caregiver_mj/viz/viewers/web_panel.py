@@ -15,7 +15,7 @@ import viser
 from caregiver_mj.caregivers.percept import HORIZON
 from caregiver_mj.caregivers.registry import CAREGIVERS, DRIVER, PLAYERS, POLICIES
 from caregiver_mj.children.family import CHILDREN, NOVICE, Family
-from caregiver_mj.children.tape import EPISODE_TIMESTEPS
+from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.plans import sets

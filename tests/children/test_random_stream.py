@@ -1,4 +1,4 @@
-"""Tapes: who gets which draws, and where everybody starts."""
+"""Random streams: who gets which draws, and where everybody starts."""
 
 import itertools
 
@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from caregiver_mj import CaregiverError
-from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape, pick, start_cells
+from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS, RandomStream, pick, start_cells
 
 
 def random(seed):
@@ -23,38 +23,38 @@ def same(one, other):
     )
 
 
-def test_a_tape_is_determined_by_its_seed():
-    one, again, other = (Tape.draw(random(seed)) for seed in (5, 5, 6))
+def test_a_stream_is_determined_by_its_seed():
+    one, again, other = (RandomStream.draw(random(seed)) for seed in (5, 5, 6))
     assert one.start.shape == (3,)
     assert one.steps.shape == (EPISODE_TIMESTEPS, 3) == (200, 3)
     assert same(one, again)
     assert one.caregiver_seed != other.caregiver_seed
     assert not (one.steps == other.steps).any()
-    assert (Tape.draw(random(5), 10).steps == one.steps[:10]).all()
+    assert (RandomStream.draw(random(5), 10).steps == one.steps[:10]).all()
 
 
-def test_the_first_child_has_the_tape_of_an_only_child_and_takes_as_much_of_the_chance():
+def test_the_first_child_has_the_stream_of_an_only_child_and_takes_as_much_of_the_chance():
     alone = random(5)
-    only = Tape.draw(alone)
+    only = RandomStream.draw(alone)
     for children in (1, 2, 4):
-        tapes = Tape.draw_family(random(5), children)
-        assert len(tapes) == children
-        assert same(tapes[0], only)
+        streams = RandomStream.draw_family(random(5), children)
+        assert len(streams) == children
+        assert same(streams[0], only)
     # What comes after it from the same source does not depend on how many children there are.
     after = []
     for children in (1, 2, 4):
         source = random(5)
-        Tape.draw_family(source, children)
+        RandomStream.draw_family(source, children)
         after.append(source.random_sample(5).tolist())
     assert after[0] == after[1] == after[2] == alone.random_sample(5).tolist()
 
 
 def test_each_child_has_chance_of_its_own_that_does_not_depend_on_how_many_there_are():
-    two, four = (Tape.draw_family(random(5), children) for children in (2, 4))
+    two, four = (RandomStream.draw_family(random(5), children) for children in (2, 4))
     assert same(two[1], four[1])
     for one, other in itertools.combinations(four, 2):
         assert not (one.steps == other.steps).any()
-    assert len({tape.caregiver_seed for tape in four}) == 1  # there is one caregiver
+    assert len({stream.caregiver_seed for stream in four}) == 1  # there is one caregiver
 
 
 @given(st.integers(1, 10_000))
@@ -94,8 +94,8 @@ def test_without_room_children_share_a_cell_and_the_caregiver_takes_the_last_lan
     assert starts(2, 1, (0.9, 0.1), (0.1, 0.1), (0.7, 0.7)) == ([1, 0, 0], 2)
 
 
-def test_a_tape_is_drawn_by_a_random_state_or_a_generator():
+def test_a_stream_is_drawn_by_a_random_state_or_a_generator():
     one, other = (make(np.random.MT19937(3)) for make in (np.random.RandomState, np.random.Generator))
-    np.testing.assert_array_equal(Tape.draw(one).steps, Tape.draw(other).steps)
+    np.testing.assert_array_equal(RandomStream.draw(one).steps, RandomStream.draw(other).steps)
     with pytest.raises(CaregiverError, match="the seed of an episode must be an integer"):
-        Tape.draw_family("0", 1)
+        RandomStream.draw_family("0", 1)

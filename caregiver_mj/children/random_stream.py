@@ -30,10 +30,10 @@ def random_state(random: Random) -> np.random.RandomState:
 
 
 @dataclasses.dataclass(frozen=True)
-class Tape:
+class RandomStream:
     """The uniform draws of one child in one episode.
 
-    Because they do not depend on what happens, the same tape gives the same child alone and with any caregiver, in
+    Because they do not depend on what happens, the same stream gives the same child alone and with any caregiver, in
     the grid and in the house.
     """
 
@@ -44,8 +44,8 @@ class Tape:
     caregiver_seed: int = 0  #: seed of this episode for a caregiver that draws lots
 
     @classmethod
-    def draw(cls, random: Random, timesteps: int = EPISODE_TIMESTEPS) -> Tape:
-        """Draw the tape of an only child.
+    def draw(cls, random: Random, timesteps: int = EPISODE_TIMESTEPS) -> RandomStream:
+        """Draw the stream of an only child.
 
         Raises:
             CaregiverError: As of `random_state`.
@@ -55,12 +55,12 @@ class Tape:
         return cls(draws[0], draws[1:], int(random.randint(2**31 - 1)))
 
     @classmethod
-    def draw_family(cls, random: Random, children: int, timesteps: int = EPISODE_TIMESTEPS) -> tuple[Tape, ...]:
-        """Draw the tapes of several children. The first one is that of an only child, whoever else there is."""
+    def draw_family(cls, random: Random, children: int, timesteps: int = EPISODE_TIMESTEPS) -> tuple[RandomStream, ...]:
+        """Draw the streams of several children. The first one is that of an only child, whoever else there is."""
         first = cls.draw(random, timesteps)
         others = (np.random.SeedSequence([first.caregiver_seed, child]) for child in range(1, children))
         draw = (cls.draw(np.random.RandomState(np.random.MT19937(seed)), timesteps) for seed in others)
-        return (first, *(dataclasses.replace(tape, caregiver_seed=first.caregiver_seed) for tape in draw))
+        return (first, *(dataclasses.replace(stream, caregiver_seed=first.caregiver_seed) for stream in draw))
 
 
 def pick(draw: np.ndarray | np.float64, count: np.ndarray | int) -> np.ndarray:
