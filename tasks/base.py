@@ -12,7 +12,7 @@ import numpy as np
 from dm_env import specs
 
 from caregiver_mj.caregivers.caregiver import Caregiver, starting_tables
-from caregiver_mj.caregivers.told import Truth
+from caregiver_mj.caregivers.privileged import Truth
 from caregiver_mj.children.family import Family, Who
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS, Random, RandomStream, random_state, start_cells
 from caregiver_mj.children.walk import WALKING_SPEED, novice_timestep

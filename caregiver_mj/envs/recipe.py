@@ -21,9 +21,9 @@ from gymnasium.envs.registration import EnvSpec
 
 from caregiver_mj.caregivers.answers import ReplayedPolicy, replayed
 from caregiver_mj.caregivers.caregiver import Caregiver
+from caregiver_mj.caregivers.privileged import PrivilegedCaregiver
 from caregiver_mj.caregivers.registry import find_caregiver, is_caregiver, make_caregiver, needs_pictures
 from caregiver_mj.caregivers.server import Queries
-from caregiver_mj.caregivers.told import ToldCaregiver
 from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.envs import TARGETS_ID
@@ -322,7 +322,7 @@ class TargetCaregiver(Actor):
         made = make_caregiver(caregiver, env.world.caregiver.plan, seed, queries)
         if made is None:
             raise CaregiverError(f"caregiver must be one that acts, got '{caregiver}'")
-        if isinstance(made, ToldCaregiver):
+        if isinstance(made, PrivilegedCaregiver):
             raise CaregiverError(
                 f"caregiver must choose targets from what it sees, got '{caregiver}', which "
                 "needs privileged information"

@@ -22,7 +22,7 @@ import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver, answer, starting_tables
 from caregiver_mj.caregivers.percept import PAPER, Pace, Percept
-from caregiver_mj.caregivers.told import Future, ToldCaregiver, Truth
+from caregiver_mj.caregivers.privileged import Future, PrivilegedCaregiver, Truth
 from caregiver_mj.children.behaviour import ChildPercept
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.random_stream import Random, RandomStream, start_cells
@@ -78,7 +78,7 @@ class GridWorld(GridState, Rollout):
         """
         check_integer("caregiver_actions", caregiver_actions, 1)
         self.sight = Sight.of(sight)
-        if isinstance(caregiver, ToldCaregiver) and not self.sight.is_full:
+        if isinstance(caregiver, PrivilegedCaregiver) and not self.sight.is_full:
             raise CaregiverError(f"sight must be all with a caregiver that needs privileged information, got {sight}")
         check_kind("the house", plan, FloorPlan, advice=": FloorPlan.load makes one")
         check_kind("the caregiver", caregiver, Caregiver, type(None), advice=": make_caregiver makes one")
@@ -144,7 +144,7 @@ class GridWorld(GridState, Rollout):
             if self.eyes:
                 self.eyes.watch(self._met)
             self.caregiver.watch(self.percept())
-            if isinstance(self.caregiver, ToldCaregiver):
+            if isinstance(self.caregiver, PrivilegedCaregiver):
                 self.caregiver.hear(self.truth())
             self.care(self.caregiver)
 

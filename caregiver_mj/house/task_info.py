@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from caregiver_mj.caregivers.told import Truth
+from caregiver_mj.caregivers.privileged import Truth
 from caregiver_mj.children.family import Family
 from caregiver_mj.house.sensing import Sensing
 from caregiver_mj.interventions.verb import Intervention
@@ -32,4 +32,4 @@ class TaskInfo:
     orders: Callable[[Mapping[str, np.ndarray]], Intervention | None] | None
     caregiver_seed: int  # this episode's seed for a caregiver that draws lots
     starting_tables: tuple[int, ...]  # index of the table on which each candle stood when this episode began
-    truth: Callable[[], Truth]  # what a `ToldCaregiver` is told, and nobody else
+    truth: Callable[[], Truth]  # hidden state, for a `PrivilegedCaregiver` only

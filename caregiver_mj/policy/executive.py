@@ -9,7 +9,7 @@ import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver, answer
 from caregiver_mj.caregivers.percept import Assessment, Percept
-from caregiver_mj.caregivers.told import ToldCaregiver, Truth
+from caregiver_mj.caregivers.privileged import PrivilegedCaregiver, Truth
 from caregiver_mj.interventions.verb import DO_NOTHING, LOOK, Intervention, half_of, verb_of
 from caregiver_mj.plans.hazards import NOTHING, State
 from caregiver_mj.policy.perception import Perception
@@ -24,7 +24,7 @@ from caregiver_mj.robot.view import View
 class Executive:
     """One caregiver in charge of one robot.
 
-    After every move of the children it asks `truth` what a `ToldCaregiver` is told; that is None for any other one.
+    After every move of the children `truth` gives a `PrivilegedCaregiver` the hidden state; it is None for any other.
 
     Attributes:
         routine: What is being carried out, or None.
@@ -94,7 +94,7 @@ class Executive:
         """Ask the caregiver what to do, and set about it unless the robot's hands are full."""
         if observed:
             self._caregiver.watch(percept)
-            if self._truth and isinstance(self._caregiver, ToldCaregiver):
+            if self._truth and isinstance(self._caregiver, PrivilegedCaregiver):
                 self._caregiver.hear(self._truth())
         self.assessment = self._caregiver.assess(percept)
         if self.routine and not self.routine.skill.status.interruptible:

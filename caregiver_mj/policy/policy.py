@@ -2,7 +2,7 @@
 
 It sees the world through the task's observation only: where the children, the candles and the robot are. What the
 children did it infers from how they moved; what to do it asks a `Caregiver`; how, it leaves to the robot's routines.
-Only a `ToldCaregiver` is told more than can be seen, by the task and past the observation.
+Only a `PrivilegedCaregiver` knows more than the observation: the task gives it the hidden state.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ import numpy as np
 from caregiver_mj.caregivers.caregiver import Caregiver, starting_tables
 from caregiver_mj.caregivers.instructed import InstructedCaregiver
 from caregiver_mj.caregivers.percept import Assessment, Percept
+from caregiver_mj.caregivers.privileged import PrivilegedCaregiver
 from caregiver_mj.caregivers.registry import make_caregiver
-from caregiver_mj.caregivers.told import ToldCaregiver
 from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.house.rendering import control
 from caregiver_mj.house.scene import build_house
@@ -97,7 +97,7 @@ class CaregiverPolicy:
         self.caregiver = _caregiver(caregiver, info, seed)
         # To be asked for its `info` when an episode begins, and told who is in charge and what has been done.
         self._task = task
-        truth = info.truth if isinstance(self.caregiver, ToldCaregiver) else None
+        truth = info.truth if isinstance(self.caregiver, PrivilegedCaregiver) else None
         self._timestep, self._has_begun = env.control_timestep(), False
         spec = env.observation_spec()
         self._shapes = {key: array.shape for key, array in spec.items()} if "base_position" in spec else {}
@@ -118,7 +118,7 @@ class CaregiverPolicy:
             info.sight,
             functools.partial(env.physics.frames, info.sight.is_full),
         )
-        if isinstance(self.caregiver, ToldCaregiver) and not info.sight.is_full:
+        if isinstance(self.caregiver, PrivilegedCaregiver) and not info.sight.is_full:
             raise CaregiverError(
                 f"sight must be all with a caregiver that needs privileged information, got {info.sight}"
             )

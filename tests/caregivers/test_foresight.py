@@ -22,7 +22,7 @@ from caregiver_mj.caregivers.foresight.value_table import (
 )
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Pace, Percept
-from caregiver_mj.caregivers.told import ToldCaregiver, Truth
+from caregiver_mj.caregivers.privileged import PrivilegedCaregiver, Truth
 from caregiver_mj.children.family import Family, side_by_side
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS, RandomStream
 from caregiver_mj.danger.child_model import EPSILONS, child_chain
@@ -443,9 +443,9 @@ def test_in_a_house_too_large_for_a_table_it_follows_the_rule(monkeypatch):
     assert ForesightCaregiver(plan).decide(lying).verb[0] == RELOCATE
 
 
-class TestToldCaregivers:
+class TestPrivilegedCaregivers:
     def test_the_world_tells_the_truth(self):
-        class Listener(PaperCaregiver, ToldCaregiver):
+        class Listener(PaperCaregiver, PrivilegedCaregiver):
             def hear(self, truth):
                 self.truth = truth
 

@@ -5,8 +5,8 @@ import pytest
 
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
+from caregiver_mj.caregivers.privileged import PrivilegedCaregiver
 from caregiver_mj.caregivers.registry import CAREGIVERS, make_caregiver
-from caregiver_mj.caregivers.told import ToldCaregiver
 from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld
@@ -112,7 +112,7 @@ def test_whoever_is_told_has_eyes_for_everything():
     [
         pytest.param(name, marks=[pytest.mark.slow] * issubclass(kind, ForesightCaregiver))  # its tables are
         for name, kind in CAREGIVERS.items()
-        if kind and not issubclass(kind, ToldCaregiver)
+        if kind and not issubclass(kind, PrivilegedCaregiver)
     ],
 )
 def test_every_caregiver_can_do_with_its_own_eyes(name):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from caregiver_mj.caregivers import Caregiver
-from caregiver_mj.caregivers.told import ToldCaregiver
+from caregiver_mj.caregivers.privileged import PrivilegedCaregiver
 from caregiver_mj.children.novice import Novice
 from caregiver_mj.grid.world import run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -14,7 +14,7 @@ TINY = FloorPlan.parse("######\n#B.S.#\n#....#\n#C..T#\n######", "tiny")
 SEEN = ("child_cell", "previous_cell", "previous_action", "caregiver_cell", "candle_table", "holding", "time_left")
 
 
-class Writing(Caregiver, ToldCaregiver):
+class Writing(Caregiver, PrivilegedCaregiver):
     """Writes into a part of what it is shown."""
 
     def __init__(self, plan, part):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from caregiver_mj.caregivers.paper import PaperCaregiver
-from caregiver_mj.caregivers.told import ToldCaregiver
+from caregiver_mj.caregivers.privileged import PrivilegedCaregiver
 from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.random_stream import RandomStream
@@ -45,7 +45,7 @@ def bumps(*objects):
 
 class TestFuture:
     def test_it_is_what_children_do_alone(self):
-        class Listener(PaperCaregiver, ToldCaregiver):
+        class Listener(PaperCaregiver, PrivilegedCaregiver):
             told = None
 
             def hear(self, truth):

@@ -25,7 +25,7 @@ from caregiver_mj.caregivers.foresight.value_table import (
 )
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Assessment, Outlook, Percept, bare_tables
-from caregiver_mj.caregivers.told import ToldCaregiver, Truth
+from caregiver_mj.caregivers.privileged import PrivilegedCaregiver, Truth
 from caregiver_mj.danger.belief import Belief
 from caregiver_mj.danger.child_model import CHANGE, EPSILONS, child_chain
 from caregiver_mj.interventions.verb import DO_NOTHING, LOOK, STAND_ASIDE, Interventions
@@ -262,7 +262,7 @@ def each_on_a_table(plan: FloorPlan, percept: Percept) -> Percept:
     return dataclasses.replace(percept, candle_table=tables)
 
 
-class KnowsGoalCaregiver(ForesightCaregiver, ToldCaregiver):
+class KnowsGoalCaregiver(ForesightCaregiver, PrivilegedCaregiver):
     """Is told the toy bin and the epsilon of each child, but not what will come by chance, nor of which kind it is.
 
     It is no bound: its planner is the same, with the same approximations. An epsilon between two that it has plans for

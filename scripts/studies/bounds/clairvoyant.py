@@ -11,7 +11,7 @@ import numpy as np
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.foresight.value_table import AllLayouts, costs
 from caregiver_mj.caregivers.percept import PAPER, Percept, bare_tables
-from caregiver_mj.caregivers.told import Future, ToldCaregiver, Truth
+from caregiver_mj.caregivers.privileged import Future, PrivilegedCaregiver, Truth
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.interventions.verb import Interventions
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -29,7 +29,7 @@ MOVES = 30  # of the child, after which the caregiver is thought to have arrived
 _LEFT_AFTER = 0  # actions left when a candle has been put down: what there is until the next move is lost
 
 
-class ClairvoyantCaregiver(ToldCaregiver, Caregiver):
+class ClairvoyantCaregiver(PrivilegedCaregiver, Caregiver):
     """Does what is best of all, knowing what comes; where its being in the way has changed that, it plans anew.
 
     Of several children it goes round the first only.

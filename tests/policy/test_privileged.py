@@ -1,17 +1,17 @@
-"""What a caregiver that is told more hears in the house: the truth, once a novice timestep, past the observation."""
+"""Privileged information in the house: the truth, once a novice timestep, past the observation."""
 
 import pytest
 
 import caregiver_mj
 from caregiver_mj.caregivers.baselines import NearestCaregiver
-from caregiver_mj.caregivers.told import ToldCaregiver
+from caregiver_mj.caregivers.privileged import PrivilegedCaregiver
 from caregiver_mj.tasks import TaskSpec
 from caregiver_mj.tasks.supervise import Supervise
 
 HOUSE = "house-200000"
 
 
-class Listener(NearestCaregiver, ToldCaregiver):
+class Listener(NearestCaregiver, PrivilegedCaregiver):
     """Takes down what it hears, and when it watches."""
 
     def __init__(self, plan):
@@ -31,7 +31,7 @@ def run(env, policy, moves):
         timestep = env.step(policy(timestep))
 
 
-def test_a_bound_is_told_after_every_move():
+def test_a_bound_hears_the_truth_after_every_move():
     env = caregiver_mj.load("supervise", HOUSE, "0,0.25", random=3)
     listener = Listener(env.task.plan)
     run(env, caregiver_mj.CaregiverPolicy(env, listener), 4)
@@ -44,7 +44,7 @@ class Secretive(Supervise):
     """A task whose truth nobody may ask for."""
 
     def truth(self):
-        raise AssertionError("told")
+        raise AssertionError("asked")
 
 
 @pytest.mark.parametrize(("name", "may_hear"), [("paper", False), ("foresight", False), ("knows-goal", True)])
@@ -54,7 +54,7 @@ def test_nobody_else_can_hear_it(name, may_hear, monkeypatch):
     policy = caregiver_mj.CaregiverPolicy(env, name)
     assert not any("goal" in key or "epsilon" in key for key in env.observation_spec())
     if may_hear:
-        with pytest.raises(AssertionError, match="told"):
+        with pytest.raises(AssertionError, match="asked"):
             run(env, policy, 1)
     else:
         run(env, policy, 2)
