@@ -15,7 +15,10 @@ release = caregiver_mj.__version__
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "mathml", "untyped"]
 exclude_patterns = ["_build"]
 default_role = "py:obj"  # `Name` in a docstring leads to what has that name, if anything does
-_INSIDE = "BaseMotion|CommandedCaregiver|Navigator|OffscreenRendering|PrivilegedCaregiver|RetrievalPlanner|Value|Who|WorkerError"
+_INSIDE = (
+    "BaseMotion|CommandedCaregiver|Navigator|OffscreenRendering|"
+    "PrivilegedCaregiver|RetrievalPlanner|Value|Who|WorkerError"
+)
 nitpick_ignore_regex = [
     ("py:obj", ".*"),
     ("py:class", r"(np|numpy|pd|pandas|pathlib|abc|collections|enum|importlib|dm_control|gymnasium)\..*"),  # of others

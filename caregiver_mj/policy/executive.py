@@ -13,7 +13,7 @@ from caregiver_mj.caregivers.privileged import PrivilegedCaregiver, Truth
 from caregiver_mj.interventions.verb import DO_NOTHING, LOOK, Intervention, half_of, verb_of
 from caregiver_mj.plans.hazards import NOTHING, State
 from caregiver_mj.policy.perception import Perception
-from caregiver_mj.policy.routines import LEFT_LYING, PASSED_OVER, ROUTINES, Means, PassedOver, Routine
+from caregiver_mj.policy.routines import COOLDOWN, LEFT_LYING, ROUTINES, Cooldowns, Means, Routine
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.retrieval import RetrievalPlanner
@@ -49,7 +49,7 @@ class Executive:
             navigator=navigator,
             retrievals=retrievals,
             novice_timestep=novice_timestep,
-            passed_over=PassedOver(len(navigator.plan.hazards)),
+            cooldowns=Cooldowns(len(navigator.plan.hazards)),
             destination=functools.partial(_destination, caregiver),
             takes_orders=caregiver.takes_orders,
         )
@@ -61,7 +61,7 @@ class Executive:
         self.assessment: Assessment | None = None
         self.begun = self.done = 0
         self.left: dict[int, State] = {}
-        self._means.passed_over.forget()
+        self._means.cooldowns.forget()
         self._was_done = False  # the present intervention, which goes on nevertheless
 
     @property
@@ -87,8 +87,8 @@ class Executive:
             self._note(self.routine.step(view, robot, lambda: self.percept(view)), view)
 
     def percept(self, view: View) -> Percept:
-        """Return what the caregiver sees now, and what only the executive knows: held, passed over, under way."""
-        return self._perception.percept(view, self.holding, self._means.passed_over.now(view.now), self.target)
+        """Return the percept, with what only the executive knows: what is held, in cooldown and under way."""
+        return self._perception.percept(view, self.holding, self._means.cooldowns.active(view.now), self.target)
 
     def _decide(self, view: View, percept: Percept, observed: bool) -> None:
         """Ask the caregiver what to do, and set about it unless the robot's hands are full."""
@@ -119,18 +119,18 @@ class Executive:
             return
         intervention = self.routine.intervention
         if status is Status.DONE:
-            self._means.passed_over.succeed(intervention.hazard)
+            self._means.cooldowns.succeed(intervention.hazard)
             verb = verb_of(intervention.verb)
             self.done += not self._was_done and verb.counts
             self._was_done = True
             if verb.leaves:
                 self.left[intervention.hazard] = verb.leaves
-                self._means.passed_over.leave(intervention.hazard)
+                self._means.cooldowns.leave(intervention.hazard)
             if self.routine.goes_on:
                 return
         elif status in (Status.FAILED, Status.OUT_OF_REACH) and intervention.hazard != NOTHING:
-            wait = LEFT_LYING if status is Status.OUT_OF_REACH else PASSED_OVER
-            self._means.passed_over.note(intervention.hazard, view.now, wait)
+            wait = LEFT_LYING if status is Status.OUT_OF_REACH else COOLDOWN
+            self._means.cooldowns.fail(intervention.hazard, view.now, wait)
         self.routine = None
 
 

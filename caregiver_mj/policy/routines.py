@@ -31,10 +31,9 @@ from caregiver_mj.robot.skills import Skill
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
 
-# Seconds for which a hazard is passed over after the robot has failed to protect the children from it: three steps of
-# a toddler, in which it can do something else and the way may open. After each further failure twice as many, up to
-# those of a candle that lies where the arm does not get at it: what it does instead may take longer, beside a child.
-PASSED_OVER = 5.0
+# s; cooldown of a hazard after a failed intervention: three moves of a toddler, in which the way may open. It doubles
+# with each further failure, up to `LEFT_LYING`, the cooldown of a candle out of the arm's reach.
+COOLDOWN = 5.0
 LEFT_LYING = 60.0
 # Moves from a stairwell within which a child that heads for it makes the robot put a candle down early. From farther
 # away a toddler seldom goes on; with no such limit the candles end up nearer to it, and all of it does more harm.
@@ -43,33 +42,33 @@ _ALARM = 4
 _CRUISING_SHARE, _PLACING_TIME = 0.792, 1.5
 
 
-class PassedOver:
-    """Which hazards the robot could not get to lately, and leaves alone for a while."""
+class Cooldowns:
+    """Hazards that the robot leaves alone for a while after a failed intervention."""
 
     def __init__(self, hazards: int):
         self._until = np.zeros(hazards)
-        self._wait = np.full(hazards, PASSED_OVER)  # seconds, after the next failure
+        self._wait = np.full(hazards, COOLDOWN)  # seconds, after the next failure
 
     def forget(self) -> None:
         """Begin an episode."""
-        self._until[:], self._wait[:] = 0.0, PASSED_OVER
+        self._until[:], self._wait[:] = 0.0, COOLDOWN
 
-    def note(self, hazard: int, now: float, least: float = PASSED_OVER) -> None:
-        """Have a hazard, at which the robot has failed, passed over for some seconds from now on."""
+    def fail(self, hazard: int, now: float, least: float = COOLDOWN) -> None:
+        """Start the cooldown of a hazard, at least `least` seconds."""
         self._until[hazard] = now + max(least, self._wait[hazard])
         self._wait[hazard] = min(LEFT_LYING, 2 * self._wait[hazard])
 
     def leave(self, hazard: int) -> None:
-        """Have a hazard passed over for the rest of the episode, because there is nothing more to be done about it."""
+        """Leave a hazard alone for the rest of the episode: nothing more can be done about it."""
         self._until[hazard] = np.inf
 
     def succeed(self, hazard: int) -> None:
         """Record a success; one that is about no hazard changes nothing."""
         if hazard != NOTHING:
-            self._wait[hazard] = PASSED_OVER
+            self._wait[hazard] = COOLDOWN
 
-    def now(self, time: float) -> np.ndarray:
-        """Return whether each hazard is passed over at a time, (hazards,)."""
+    def active(self, time: float) -> np.ndarray:
+        """Return whether each hazard is in cooldown at a time, (hazards,)."""
         return self._until > time
 
 
@@ -81,7 +80,7 @@ class Means:
     navigator: Navigator  #: plans the base's paths
     retrievals: RetrievalPlanner  #: plans how to pick up what has fallen
     novice_timestep: float  #: seconds of a novice timestep
-    passed_over: PassedOver  #: hazards that are left alone for a while
+    cooldowns: Cooldowns  #: hazards left alone for a while after a failure
     #: where the caregiver wants a candle, by the percept and the candle's index: index of a table
     destination: Callable[[Percept, int], int]
     takes_orders: bool  #: whether the caregiver was told what to do, so that there is nothing to choose
@@ -173,7 +172,7 @@ class Relocating(Routine):
             self._carry(see())
             return Status.RUNNING
         if status is Status.FAILED:  # it has still got the candle
-            self.means.passed_over.note(self.intervention.hazard, view.now)
+            self.means.cooldowns.fail(self.intervention.hazard, view.now)
             self._carry(see(), refused=self.skill.table)
             return Status.RUNNING
         self.holding = NOTHING

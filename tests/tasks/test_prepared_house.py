@@ -51,8 +51,8 @@ def test_candles_stand_where_the_caregiver_has_put_them_as_in_the_grid(plan):
     env, policy, step = started(plan)
     seen = Perception(plan)
     seen.reset(step.observation)
-    nothing_passed_over = np.zeros(len(plan.hazards), bool)
-    percept = seen.percept(seen.look(step.observation, 0.0), NOTHING, nothing_passed_over)
+    no_cooldown = np.zeros(len(plan.hazards), bool)
+    percept = seen.percept(seen.look(step.observation, 0.0), NOTHING, no_cooldown)
     assert percept.candle_table[0].tolist() == wanted
     step = env.step(policy(step))
     assert tables_bearing_candles(env) == {candle: {f"table_{table}"} for candle, table in enumerate(wanted)}
