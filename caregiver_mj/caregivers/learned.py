@@ -20,7 +20,7 @@ from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.foresight.foresight import each_on_a_table
 from caregiver_mj.caregivers.foresight.motion import Motion, motion
 from caregiver_mj.caregivers.foresight.value_table import Objective, candles_at_a_time, value_tables
-from caregiver_mj.caregivers.percept import Followers, Outlook, Pace, Percept, bare_tables
+from caregiver_mj.caregivers.percept import Followers, Pace, Percept, Prediction, bare_tables
 from caregiver_mj.danger.chain import discounted_entry, expected_hits, first_entry, first_passage
 from caregiver_mj.danger.child_model import EPSILONS, child_chain
 from caregiver_mj.interventions.verb import DO_NOTHING, STAND_ASIDE, Interventions
@@ -216,8 +216,8 @@ class _Look:
         if percept.belief is None:
             expected = (self.wants @ prospects[self.child]).sum(axis=(1, 2))
         else:
-            outlook = Outlook(child_chain(plan), self.child, belief, percept.belief.joint[worlds])
-            expected = outlook.expected(prospects).sum(axis=1)
+            prediction = Prediction(child_chain(plan), self.child, belief, percept.belief.joint[worlds])
+            expected = prediction.expected(prospects).sum(axis=1)
         expected = expected.reshape(self.count, 1 + len(_WITHIN), -1)
         self.bumps = expected[:, :, openings : openings + len(plan.tables)].sum(axis=2)
         place = np.tile(np.arange(expected.shape[2]), (self.count, 1))

@@ -115,8 +115,8 @@ class Assessment:
     #: what decides between the hazards: their dangers, put together over the children and divided by the greatest 1 -
     #: P(safe) of any child, (B, hazards)
     urgency: np.ndarray
-    #: what the caregiver believes of the children and what follows from that, if it looks ahead
-    outlook: Outlook | None = None
+    #: belief about the children and what follows from it, of a caregiver that looks ahead
+    prediction: Prediction | None = None
 
 
 def bare_tables(candle_table: np.ndarray, tables: int) -> np.ndarray:
@@ -128,13 +128,13 @@ def bare_tables(candle_table: np.ndarray, tables: int) -> np.ndarray:
 
 
 @dataclasses.dataclass(frozen=True)
-class Outlook:
-    """What a caregiver believes of K children in each of B worlds, and what follows from it."""
+class Prediction:
+    """Belief about K children in each of B worlds, and predictions from it."""
 
-    chain: ChildChain  #: how the children are thought to move. Some of its goals are toy bins
-    cell: np.ndarray  #: the free cell of each, (B, K)
-    probability: np.ndarray  #: of every goal and epsilon of each, (B, K, G, E)
-    #: the same of every cell, goal and epsilon, (B, K, cells, G, E), where some are not seen
+    chain: ChildChain  #: model of the children's moves; some of its goals are toy bins
+    cell: np.ndarray  #: free cell of each child, (B, K)
+    probability: np.ndarray  #: of every goal and epsilon of each child, (B, K, G, E)
+    #: of every cell, goal and epsilon, (B, K, cells, G, E), where some children are unseen
     joint: np.ndarray | None = None
 
     @property
@@ -144,7 +144,7 @@ class Outlook:
 
     @property
     def toy_bin(self) -> np.ndarray:
-        """Probability that each is on its way to each toy bin, (B, K, bins)."""
+        """Probability that each child is on its way to each toy bin, (B, K, bins)."""
         return self.goal @ (self.chain.bin_of[:, None] == np.arange(self.chain.bin_of.max() + 1))
 
     @property
@@ -155,7 +155,7 @@ class Outlook:
     def reach(self, plan: FloorPlan, percept: Percept, timesteps: int = HORIZON) -> np.ndarray:
         """Return the probability that each child runs into each hazard within some timesteps, (B, K, hazards).
 
-        Of a candle on the floor nothing is known but how far it is, and one over that is taken.
+        For a candle on the floor the probability is one over its distance in moves.
         """
         cells, goals, epsilons = self.chain.shape
         passage = _passages(self.chain, timesteps).reshape(cells, goals * epsilons, -1)
@@ -174,7 +174,7 @@ class Outlook:
         return plan.hazards.join(stairwells, candles, lying)
 
     def expected(self, values: np.ndarray) -> np.ndarray:
-        """Return what is to be expected of each child, (B, K, n), by what follows from its state, (cells, G E, n)."""
+        """Return the expectation for each child, (B, K, n), of values by its state, (cells, G E, n)."""
         if self.joint is not None:
             return np.einsum("bkcg,cgo->bko", self.joint.reshape(*self.cell.shape, *values.shape[:2]), values)
         belief = self.probability.reshape(*self.cell.shape, values.shape[1])

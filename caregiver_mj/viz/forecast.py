@@ -44,11 +44,11 @@ class Forecast:
     @classmethod
     def of(cls, assessment: Assessment | None) -> Forecast | None:
         """Return what follows from a caregiver's beliefs, None if it has none, for a batch of one."""
-        if assessment is None or (outlook := assessment.outlook) is None:
+        if assessment is None or (prediction := assessment.prediction) is None:
             return None
         harm = 1.0 - np.prod(1.0 - assessment.reach[0], axis=0)
-        epsilon = outlook.epsilon[0] @ outlook.chain.epsilons
-        return cls(outlook.presence(SOON)[0], harm, outlook.toy_bin[0], epsilon)
+        epsilon = prediction.epsilon[0] @ prediction.chain.epsilons
+        return cls(prediction.presence(SOON)[0], harm, prediction.toy_bin[0], epsilon)
 
     def tiles(self, plan: FloorPlan, candles: np.ndarray) -> list[Tile]:
         """Return tiles where children may be, and pillars where hazards may hurt them, the denser the more probable.

@@ -20,7 +20,7 @@ from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver, KnowsGoalCaregiver
 from caregiver_mj.caregivers.foresight.value_table import OBJECTIVE
 from caregiver_mj.caregivers.paper import PaperCaregiver
-from caregiver_mj.caregivers.percept import HORIZON, Assessment, Outlook, Percept, bare_tables
+from caregiver_mj.caregivers.percept import HORIZON, Assessment, Percept, Prediction, bare_tables
 from caregiver_mj.danger.belief import Belief
 from caregiver_mj.danger.child_model import CHANGE, child_chain
 from caregiver_mj.experiments import two_level
@@ -116,13 +116,13 @@ class Predictive(PaperCaregiver):
         self.belief.watch(percept.previous_cell, percept.previous_action, percept.caregiver_cell)
 
     def assess(self, percept: Percept) -> Assessment:
-        return dataclasses.replace(super().assess(percept), outlook=self._outlook(percept))
+        return dataclasses.replace(super().assess(percept), prediction=self._predict(percept))
 
     def reach(self, percept: Percept) -> np.ndarray:
-        return self._outlook(percept).reach(self.plan, percept, self._horizon)
+        return self._predict(percept).reach(self.plan, percept, self._horizon)
 
-    def _outlook(self, percept: Percept) -> Outlook:
-        return Outlook(child_chain(self.plan), percept.child_cell, self.belief.probability)
+    def _predict(self, percept: Percept) -> Prediction:
+        return Prediction(child_chain(self.plan), percept.child_cell, self.belief.probability)
 
 
 class NearestTable(PaperCaregiver):

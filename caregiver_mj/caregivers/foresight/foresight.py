@@ -24,7 +24,7 @@ from caregiver_mj.caregivers.foresight.value_table import (
     value_tables,
 )
 from caregiver_mj.caregivers.paper import PaperCaregiver
-from caregiver_mj.caregivers.percept import Assessment, Outlook, Percept, bare_tables
+from caregiver_mj.caregivers.percept import Assessment, Percept, Prediction, bare_tables
 from caregiver_mj.caregivers.privileged import PrivilegedCaregiver, Truth
 from caregiver_mj.danger.belief import Belief
 from caregiver_mj.danger.child_model import CHANGE, EPSILONS, child_chain
@@ -126,8 +126,8 @@ class ForesightCaregiver(Caregiver):
         It decides by more than these numbers: by `options`, which count what it could still do.
         """
         joint = percept.belief.joint.copy() if percept.belief else None
-        outlook = Outlook(child_chain(self.plan), percept.child_cell, self.belief.probability, joint)
-        return dataclasses.replace(self._rule.weigh(outlook.reach(self.plan, percept)), outlook=outlook)
+        prediction = Prediction(child_chain(self.plan), percept.child_cell, self.belief.probability, joint)
+        return dataclasses.replace(self._rule.weigh(prediction.reach(self.plan, percept)), prediction=prediction)
 
     def choose(self, percept: Percept) -> np.ndarray:
         return self.decide(percept).hazard

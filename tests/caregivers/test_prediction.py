@@ -39,19 +39,19 @@ def test_the_belief_is_there_to_be_seen(caregiver):
     """Away from its only toy a novice or an explorer goes by chance only: with a fourth of epsilon."""
     moved = dataclasses.replace(see(CORRIDOR, 1, previous=0, action=EAST), caregiver_cell=np.array([3]))
     caregiver.watch(moved)
-    outlook = caregiver.assess(moved).outlook
+    prediction = caregiver.assess(moved).prediction
     to_toy, elsewhere = 0.85 / 5 * np.array(EPSILONS) / 4, np.zeros(5)
     to_toy[[0, 2]] += 0.05 / 2 * np.array([0.05, 0.5]) / 4
     elsewhere[[0, 2]] = 2 * 0.05 / 2 * (1 - 0.75 * np.array([0.05, 0.5]))  # to the stairs, or to the caregiver there
     all_in_all = (to_toy + elsewhere).sum()
-    assert outlook.epsilon[0, 0] == pytest.approx((to_toy + elsewhere) / all_in_all, abs=0.01)  # it may have changed
-    assert outlook.toy_bin[0, 0] == pytest.approx([to_toy.sum() / all_in_all], abs=0.01)
+    assert prediction.epsilon[0, 0] == pytest.approx((to_toy + elsewhere) / all_in_all, abs=0.01)  # it may have changed
+    assert prediction.toy_bin[0, 0] == pytest.approx([to_toy.sum() / all_in_all], abs=0.01)
 
 
 def test_presence_within_a_timestep(caregiver):
     """Of a child in the middle: to its toy, or one in twenty to the stairs, unless it moves at random."""
     novice, other = np.mean(EPSILONS), np.mean([0.05, 0.5])
-    here = caregiver.assess(see(CORRIDOR, 1)).outlook.presence(1)[0, 0]
+    here = caregiver.assess(see(CORRIDOR, 1)).prediction.presence(1)[0, 0]
     random = 0.85 * novice + 0.15 * other
     to_toy = 0.85 * (1 - novice) + 0.1 * (1 - other)
     assert here == pytest.approx([to_toy + random / 4, random / 2, 0.05 * (1 - other) + random / 4])
@@ -80,9 +80,11 @@ def test_what_lies_on_the_floor_is_reached_by_coming_into_its_cell_until_it_is_g
     plan = FloorPlan.parse("#######\n#B.o.S#\n#######")
     caregiver = ForesightCaregiver(plan)
     percept = see(plan, 0)
-    outlook = caregiver.assess(percept).outlook
+    prediction = caregiver.assess(percept).prediction
     random, other = 0.85 * np.mean(EPSILONS) + 0.15 * np.mean([0.05, 0.5]), np.mean([0.05, 0.5])
-    assert outlook.reach(plan, percept, 1)[0, 0, 1] == pytest.approx(random / 4 + 0.05 * (1 - other))  # to the stairs
+    assert prediction.reach(plan, percept, 1)[0, 0, 1] == pytest.approx(
+        random / 4 + 0.05 * (1 - other)
+    )  # to the stairs
     gone = dataclasses.replace(percept, gone=np.array([[True]]))
-    assert outlook.reach(plan, gone, 1)[0, 0, 1] == 0.0
+    assert prediction.reach(plan, gone, 1)[0, 0, 1] == 0.0
     assert caregiver.hazard_distances(gone)[0, 0, 1] == np.inf
