@@ -9,7 +9,7 @@ from caregiver_mj import FloorPlan, cli
 from caregiver_mj.caregivers.registry import CAREGIVERS, find_caregiver
 from caregiver_mj.cli import completion
 from caregiver_mj.experiments.settings import Settings
-from caregiver_mj.experiments.spec import FLOOR
+from caregiver_mj.experiments.spec import BARE_TABLES
 from caregiver_mj.recording.steps import RANDOM
 
 _LOADED = """
@@ -61,7 +61,7 @@ def test_the_caregivers_that_a_command_takes_are_offered(bash, command):
             find_caregiver(name)
         elif name != RANDOM:
             assert find_caregiver(name) is not None
-    assert (FLOOR in offered, "none" in offered, RANDOM in offered) == {
+    assert (BARE_TABLES in offered, "none" in offered, RANDOM in offered) == {
         "evaluate": (True, True, False),
         "record": (False, False, True),
     }.get(command, (False, True, False))

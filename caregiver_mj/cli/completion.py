@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 
 from caregiver_mj.caregivers.registry import CAREGIVERS, POLICIES
 from caregiver_mj.children.family import CHILDREN
-from caregiver_mj.experiments.spec import FLOOR
+from caregiver_mj.experiments.spec import BARE_TABLES
 from caregiver_mj.plans.floor_plan import house_names
 from caregiver_mj.plans.sets import DRAWN, FIRST_SEEDS
 from caregiver_mj.plans.shapes import SHAPES
@@ -61,8 +61,8 @@ def script(parser: argparse.ArgumentParser, shell: str) -> str:
         "houses": [*(f"{name}-100" for name in FIRST_SEEDS), f"drawn-{len(DRAWN)}", *names],
         "task": TASKS,
         # Where a command takes others than the rest do.
-        "evaluate caregiver": [FLOOR, *caregivers],
-        "compare caregiver": [FLOOR, *caregivers],
+        "evaluate caregiver": [BARE_TABLES, *caregivers],
+        "compare caregiver": [BARE_TABLES, *caregivers],
         "record caregiver": [RANDOM, *(name for name in caregivers if name != "none")],
         "record task": [*TASKS, TARGETS],
     }

@@ -19,7 +19,7 @@ from caregiver_mj.experiments import evaluation
 from caregiver_mj.experiments.blocks import try_all
 from caregiver_mj.experiments.run_folder import RunFolder, StorageError
 from caregiver_mj.experiments.settings import EPSILONS, Settings
-from caregiver_mj.experiments.spec import FLOOR, WORLDS
+from caregiver_mj.experiments.spec import BARE_TABLES, WORLDS
 from caregiver_mj.experiments.workers import Executor, WorkerError
 from caregiver_mj.outside import plain
 from caregiver_mj.viz import progress_bar
@@ -41,7 +41,7 @@ def add_evaluate(command: argparse.ArgumentParser) -> None:
         nargs="+",
         default=["none", parsing.CAREGIVER],
         metavar="NAME",
-        help=f"{FLOOR}, {parsing.caregivers()}",
+        help=f"{BARE_TABLES}, {parsing.caregivers()}",
     )
     command.add_argument(
         "--epsilon",
@@ -69,7 +69,7 @@ def _run(arguments: argparse.Namespace) -> None:
     with contextlib.ExitStack() as within:
         folder_of_run = arguments.out or within.enter_context(tempfile.TemporaryDirectory())
         settings = _settings(arguments, pathlib.Path(folder_of_run, "exchanges"))
-        if settings.world == "house" and set(settings.caregivers) - {"none", FLOOR}:
+        if settings.world == "house" and set(settings.caregivers) - {"none", BARE_TABLES}:
             for plan in settings.plans:
                 parsing.warn_of_no_room(plan)
         executor = within.enter_context(parsing.make_executor(arguments))  # once all else is right

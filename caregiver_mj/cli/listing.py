@@ -11,7 +11,7 @@ from caregiver_mj.caregivers.registry import CAREGIVERS, DRIVER, PERSON, POLICIE
 from caregiver_mj.children.family import CHILDREN
 from caregiver_mj.cli.house import describe
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments.spec import FLOOR
+from caregiver_mj.experiments.spec import BARE_TABLES
 from caregiver_mj.plans.floor_plan import FloorPlan, house_names
 from caregiver_mj.plans.sets import SETS
 from caregiver_mj.plans.shapes import SHAPES
@@ -21,7 +21,7 @@ from caregiver_mj.tasks import TASKS
 
 _NO_CAREGIVERS = {  # names that stand in the place of a caregiver's
     "none": "Nobody: the robot is not there.",
-    FLOOR: "Nobody, in a house whose only hazards are bare tables. In `evaluate` only.",
+    BARE_TABLES: "Nobody, in a house whose only hazards are bare tables. In `evaluate` only.",
     PERSON: "You, by keys that say what to protect from. In `view` only.",
     DRIVER: "You, by keys that drive the base. In `view` only.",
 }

@@ -17,7 +17,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.run_folder import Result
 from caregiver_mj.experiments.runner import make_house, run
 from caregiver_mj.experiments.settings import Block, Settings
-from caregiver_mj.experiments.spec import FLOOR, NOBODY, episode_seed
+from caregiver_mj.experiments.spec import BARE_TABLES, NOBODY, episode_seed
 from caregiver_mj.outside import plain
 from caregiver_mj.plans.floor_plan import check_house
 from caregiver_mj.recording.record import COLUMNS, EpisodeRecord
@@ -47,7 +47,7 @@ def try_all(settings: Settings) -> None:
         for family in settings.families:
             family.make(plan)
         for name in settings.caregivers:
-            found = None if name == FLOOR else find_caregiver(name, queries=settings.queries)
+            found = None if name == BARE_TABLES else find_caregiver(name, queries=settings.queries)
             if found is not None and is_caregiver(found):
                 check_house(make_caregiver(name, plan, settings.seed, settings.queries), plan)
             elif found is not None and plan is settings.plans[0]:

@@ -19,7 +19,7 @@ from caregiver_mj.experiments.evaluation import sum_up
 from caregiver_mj.experiments.harm import judge
 from caregiver_mj.experiments.run_folder import RunFolder, read_json, told, unlike
 from caregiver_mj.experiments.settings import Settings
-from caregiver_mj.experiments.spec import FLOOR
+from caregiver_mj.experiments.spec import BARE_TABLES
 from caregiver_mj.outside import LARGEST_PIECE, LARGEST_RATIO, LARGEST_TABLE, limited_memory, plain, read_file
 from caregiver_mj.recording.record import MEASURES
 
@@ -229,7 +229,7 @@ def _foreign_summary(found: Finished) -> bool:
     acting = acting if "none" in found.settings.caregivers else set()
     texts = ("house", "family")
     judged = {row["caregiver"] for row in summary["harm"] if all(isinstance(row["worst"][text], str) for text in texts)}
-    return (rows, told, judged) != (wanted, acting, {caregiver for caregiver, _ in acting if caregiver != FLOOR})
+    return (rows, told, judged) != (wanted, acting, {caregiver for caregiver, _ in acting if caregiver != BARE_TABLES})
 
 
 def pool_runs(runs: Sequence[Finished], out: str | os.PathLike[str]) -> dict[str, Any]:

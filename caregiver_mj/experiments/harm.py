@@ -13,7 +13,7 @@ from typing import Any
 import pandas as pd
 
 from caregiver_mj.experiments import intervals
-from caregiver_mj.experiments.spec import FLOOR
+from caregiver_mj.experiments.spec import BARE_TABLES
 from caregiver_mj.experiments.verdicts import LEVEL, MARGINS, Verdict
 
 BASELINE = "none"
@@ -74,7 +74,7 @@ def judge(
     by_caregiver = {row["caregiver"]: row for row in damage}
     found = []
     for name, own in episodes.groupby("caregiver", sort=False):
-        if name in (BASELINE, FLOOR):
+        if name in (BASELINE, BARE_TABLES):
             continue
         against = [row for row in comparisons if (row["caregiver"], row["baseline"]) == (name, BASELINE)]
         parts = {"damage": _of_damage(by_caregiver.get(name), own), "robot": _of_robot(own)}

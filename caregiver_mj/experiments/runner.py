@@ -17,8 +17,8 @@ from caregiver_mj.children.family import side_by_side
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments.spec import FLOOR, EpisodeSpec, episode_random, episode_streams
-from caregiver_mj.grid.world import FloorWorld, GridWorld
+from caregiver_mj.experiments.spec import BARE_TABLES, EpisodeSpec, episode_random, episode_streams
+from caregiver_mj.grid.world import BareTablesWorld, GridWorld
 from caregiver_mj.recording.rollout import Rollout
 
 if TYPE_CHECKING:
@@ -149,8 +149,8 @@ def make_grid(specs: Sequence[EpisodeSpec], answers: str = "") -> GridWorld:
     if [spec.family for spec in specs] != [family for family in families for _ in range(each)]:
         raise CaregiverError("specs must be one family after the other, with as many episodes of each")
     children = side_by_side(first.plan, families, each)
-    if first.caregiver == FLOOR:
-        return FloorWorld(first.plan, children)
+    if first.caregiver == BARE_TABLES:
+        return BareTablesWorld(first.plan, children)
     given = ReplayedCaregiver(first.plan, unpacked(answers)) if answers else None
     caregiver = given or make_caregiver(first.caregiver, first.plan, first.seed, first.queries)
     return GridWorld(first.plan, children, caregiver, sight=first.sight)

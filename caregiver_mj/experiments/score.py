@@ -1,6 +1,6 @@
 """The score of an episode: 0 for children left alone, 1 for the damage of bare tables only, less what the robot does.
 
-    score = (none - damage - robot harm) / (none - floor)
+    score = (none - damage - robot harm) / (none - bare_tables)
 
 `none` and `floor` are means over `EPISODES` episodes in the grid, as long as the one that is scored: the damage to the
 same children without a caregiver, and that of bare tables only, which no intervention prevents. What the caregiver sees
@@ -30,7 +30,7 @@ import numpy as np
 from caregiver_mj import tasks
 from caregiver_mj.children.family import ChildSpec, Family, parts_of
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS, RandomStream
-from caregiver_mj.grid.world import FloorWorld, GridWorld
+from caregiver_mj.grid.world import BareTablesWorld, GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import TABLE, Where, kinds_at
 
@@ -44,19 +44,21 @@ class Expected(NamedTuple):
     """Mean damage by the end of each novice timestep, from none to 200 of them, (201,) or (201, B) for B episodes."""
 
     none: np.ndarray
-    floor: np.ndarray
+    bare_tables: np.ndarray
 
 
 def score(
-    damage: float | np.ndarray, none: float | np.ndarray, floor: float | np.ndarray, robot_harm: float | np.ndarray = 0
+    damage: float | np.ndarray,
+    none: float | np.ndarray,
+    bare_tables: float | np.ndarray,
+    robot_harm: float | np.ndarray = 0,
 ) -> np.ndarray:
-    """Return the score of damage by the damage that is expected without a caregiver, and with bare tables only.
+    """Return the score of a damage, given the damage expected without a caregiver and with bare tables only.
 
-    It is of an episode, or a mean. All are in units of damage, robot harm too, and numbers or arrays of a common shape.
-    The score is NaN where alone the children come to no more than with bare tables only: nothing there can be
-    prevented.
+    All arguments are in units of damage: numbers, or arrays of a common shape, of an episode or of a mean. The score is
+    NaN where the damage without a caregiver is no greater than with bare tables only: nothing can be prevented there.
     """
-    preventable = np.subtract(none, floor)
+    preventable = np.subtract(none, bare_tables)
     prevented = np.subtract(none, damage) - robot_harm
     return np.divide(prevented, preventable, np.full(prevented.shape, np.nan), where=preventable > 0)
 
@@ -107,8 +109,8 @@ class Scorer:
         and numbers of one episode, or arrays (B,).
         """
         last, longer = min(timestep, EPISODE_TIMESTEPS), max(1.0, timestep / EPISODE_TIMESTEPS)
-        none, floor = (curve[last] * longer for curve in self.expected)
-        return score(outcome["damage"], none, floor, robot_harm(self.plan, outcome))
+        none, bare_tables = (curve[last] * longer for curve in self.expected)
+        return score(outcome["damage"], none, bare_tables, robot_harm(self.plan, outcome))
 
     @functools.cached_property
     def expected(self) -> Expected:
@@ -134,7 +136,7 @@ def expected_damage(plan: FloorPlan, family: Family) -> Expected:
 
 
 def _simulated(plan: FloorPlan, family: Family) -> Expected:
-    worlds = GridWorld(plan, family, None), FloorWorld(plan, family)
+    worlds = GridWorld(plan, family, None), BareTablesWorld(plan, family)
     return Expected(*(_curve(world, len(family)) for world in worlds))
 
 

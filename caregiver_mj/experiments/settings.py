@@ -15,7 +15,14 @@ from caregiver_mj.children.family import CHILDREN, ChildSpec, Family
 from caregiver_mj.danger import child_model
 from caregiver_mj.errors import CaregiverError, check_integer, check_kind
 from caregiver_mj.experiments.provenance import origins, source_digest, versions
-from caregiver_mj.experiments.spec import FLOOR, SUPERVISE, Conditions, EpisodeSpec, plan_of_record, record_of_plan
+from caregiver_mj.experiments.spec import (
+    BARE_TABLES,
+    SUPERVISE,
+    Conditions,
+    EpisodeSpec,
+    plan_of_record,
+    record_of_plan,
+)
 from caregiver_mj.outside import plain
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
@@ -34,8 +41,8 @@ class Settings(Conditions):
     #: the houses, with what a collision costs; or a single one, as also of caregivers and families
     plans: tuple[FloorPlan, ...]
     world: str = "house"  #: "house", the physical one, or "grid"
-    #: names of caregivers, or of policies, as `find_caregiver` takes them; and FLOOR, which stands for the damage that
-    #: remains when nothing but bare tables is left. It is a child's alone, and so reckoned in the grid for both worlds
+    #: names of caregivers or policies, as `find_caregiver` takes them, and BARE_TABLES, the baseline with bare tables
+    #: only. It has no caregiver, so both worlds compute it in the grid
     caregivers: tuple[str, ...] = ("none", "expected-danger")
     #: the children; each may be given as `Family.of` takes it, such as by an epsilon
     families: tuple[Family, ...] = tuple(map(Family.of, EPSILONS))
@@ -188,7 +195,7 @@ class Settings(Conditions):
 
         Of caregivers elsewhere it is only whether they are asked as by default: `queries` says how.
         """
-        caregivers = [name for name in self.caregivers if name != FLOOR]
+        caregivers = [name for name in self.caregivers if name != BARE_TABLES]
         how = "asked by default" if self.queries.record() == Queries().record() else "asked as queries say"
         asked = {f"caregiver {name}": how for name in caregivers if name.startswith(SCHEMES)}
         return origins(caregivers, self.families, self.embodiment if self.world == "house" else None) | asked

@@ -29,8 +29,8 @@ from caregiver_mj.tasks import TASKS
 
 WORLDS = ("house", "grid")
 SUPERVISE = "supervise"  # the task of an evaluation
-FLOOR = "floor"  # bare-tables baseline: damage that no caregiver can prevent
-NOBODY = ("none", FLOOR)  # baselines, in the place of a caregiver
+BARE_TABLES = "floor"  # bare-tables baseline: damage that no caregiver can prevent
+NOBODY = ("none", BARE_TABLES)  # baselines, in the place of a caregiver
 
 
 _OWN_FIELDS = ("family", "random", "robot", "embodiment", "sight")  # of what a task takes
@@ -137,11 +137,11 @@ class Conditions:
                 check_starts(plan, len(family))
 
     def _check_caregiver(self, name: str, world: str) -> None:
-        if name == FLOOR:
-            CAREGIVERS.tell_of_namesakes(FLOOR, f"'{FLOOR}' is what bare tables alone do")
-        if name in (FLOOR, RANDOM):
+        if name == BARE_TABLES:
+            CAREGIVERS.tell_of_namesakes(BARE_TABLES, f"'{BARE_TABLES}' is what bare tables alone do")
+        if name in (BARE_TABLES, RANDOM):
             return
-        found = find_caregiver(name, others=(FLOOR,), queries=self.queries)
+        found = find_caregiver(name, others=(BARE_TABLES,), queries=self.queries)
         if world == "grid" and not (found is None or is_caregiver(found)):
             raise CaregiverError(f"world must be house for '{name}', a policy of the robot's actions, got grid")
         if world == "grid" and getattr(found, "needs_pictures", False):
@@ -157,7 +157,7 @@ class EpisodeSpec(Conditions):
 
     plan: FloorPlan  #: the house, with what a collision costs; or its name or file
     family: Family = dataclasses.field(default_factory=Family)  #: the children, as `Family.of` takes them
-    #: name of the caregiver or policy, as `find_caregiver` takes it, or FLOOR, or, to record, `random-actions`
+    #: name of the caregiver or policy, as `find_caregiver` takes it, or BARE_TABLES, or, to record, `random-actions`
     caregiver: str = RULE[0]
     #: its number in the run of the seed; None if the seed is that of a single episode, as in the column `seed`
     episode: int | None = 0
@@ -195,7 +195,7 @@ class EpisodeSpec(Conditions):
     @property
     def in_grid(self) -> bool:
         """Whether it runs in the grid, as bare tables do for both worlds: their damage is a child's alone."""
-        return self.world == "grid" or self.caregiver == FLOOR
+        return self.world == "grid" or self.caregiver == BARE_TABLES
 
     @property
     def has_robot(self) -> bool:

@@ -28,7 +28,7 @@ from caregiver_mj.experiments.harm import BASELINE, judge
 from caregiver_mj.experiments.provenance import versions
 from caregiver_mj.experiments.score import with_costs
 from caregiver_mj.experiments.settings import Settings
-from caregiver_mj.experiments.spec import FLOOR
+from caregiver_mj.experiments.spec import BARE_TABLES
 from caregiver_mj.experiments.verdicts import LEVEL, Verdict, holm, least_p_more, sign_flip_p_more, verdict
 from caregiver_mj.recording.record import MEASURES
 
@@ -50,7 +50,9 @@ def summarise(settings: Settings, episodes: pd.DataFrame, houses: pd.DataFrame) 
     """
     ran = settings.caregivers
     against_none = [(caregiver, "none") for caregiver in ran if caregiver != "none"] if "none" in ran else []
-    others = [(rule, other) for rule in RULE if rule in ran for other in ran if other not in ("none", *RULE, FLOOR)]
+    others = [
+        (rule, other) for rule in RULE if rule in ran for other in ran if other not in ("none", *RULE, BARE_TABLES)
+    ]
     costs = with_costs(episodes, settings.plans)
     comparisons = [row for together in (against_none, others) for row in compared_together(costs, together)]
     damage = harm(houses)
@@ -146,7 +148,7 @@ def harm(cells: pd.DataFrame) -> list[dict[str, Any]]:
         the episodes give none), `p`, `p_holm` and `verdict`. None at all of a run without `none`.
     """
     alone = cells[cells["caregiver"] == BASELINE].set_index(["house", "family"])["damage"]
-    judged = cells[(cells["harm_verdict"] != "") & (cells["caregiver"] != FLOOR)]
+    judged = cells[(cells["harm_verdict"] != "") & (cells["caregiver"] != BARE_TABLES)]
     return [_of_caregiver(name, rows, alone) for name, rows in judged.groupby("caregiver", sort=False)]
 
 

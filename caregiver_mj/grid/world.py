@@ -319,7 +319,7 @@ def run_episodes(
     return GridWorld(plan, family, caregiver).run(streams)
 
 
-class FloorWorld(GridWorld):
+class BareTablesWorld(GridWorld):
     """A house without candles whose stairwells are all shut, and with nothing on its floor.
 
     What is left are bumps into tables, all of them bare. A stairwell that is shut blocks a child as a caregiver in it

@@ -15,7 +15,7 @@ from PIL import Image
 
 from caregiver_mj.caregivers.registry import CAREGIVERS, PLAYERS
 from caregiver_mj.children.family import CHILDREN
-from caregiver_mj.experiments.spec import FLOOR
+from caregiver_mj.experiments.spec import BARE_TABLES
 from caregiver_mj.interventions.verb import VERBS
 from caregiver_mj.plans.sets import house_set
 from caregiver_mj.tasks import TASKS
@@ -81,7 +81,7 @@ def test_scores_are_those_of_the_code():
 
 @pytest.mark.parametrize(
     ("page", "names"),
-    [("caregivers", [*CAREGIVERS, FLOOR, *PLAYERS]), ("children", CHILDREN), ("interventions", VERBS)],
+    [("caregivers", [*CAREGIVERS, BARE_TABLES, *PLAYERS]), ("children", CHILDREN), ("interventions", VERBS)],
 )
 def test_everything_that_has_a_name_is_explained(page, names):
     text = (DOCS / "guide" / f"{page}.md").read_text("utf-8")

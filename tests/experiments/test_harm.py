@@ -86,7 +86,7 @@ def test_a_harmful_caregiver_is_named(cells):
     assert (paper["worst"]["house"], paper["worst"]["family"], paper["worst"]["verdict"]) == ("b", "0.5", "no verdict")
 
 
-def test_the_floor_is_no_caregiver(episodes):
+def test_bare_tables_only_are_no_caregiver(episodes):
     cells = by_house(episodes.replace({"caregiver": {"paper": "floor"}}))
     assert [row["caregiver"] for row in harm(cells)] == ["bully"]
 

@@ -65,7 +65,7 @@ def test_a_child_of_ones_own_falls_down_the_stairs_in_every_timestep():
     child.moves = 17
     found = expected_damage(STAIRS, Family.of(child))
     np.testing.assert_array_equal(found.none, 5.0 * np.arange(201))
-    np.testing.assert_array_equal(found.floor, np.zeros(201))
+    np.testing.assert_array_equal(found.bare_tables, np.zeros(201))
     assert child.moves == 17
     scorer = Scorer(STAIRS, Family.of(child))
     assert scorer(10, measured(25.0)).item() == 0.5
@@ -87,7 +87,7 @@ def test_expected_damage_is_that_of_other_episodes():
     damage = run_episodes(PAPER, 0.5, None, range(10_000, 10_500)).damage
     found = expected_damage(PAPER, Family.of(0.5))
     assert found.none[-1] == pytest.approx(damage.mean(), abs=5 * damage.std() / np.sqrt(500))
-    assert 0 < found.floor[-1] < 0.3 * found.none[-1]
+    assert 0 < found.bare_tables[-1] < 0.3 * found.none[-1]
     assert (np.diff(found.none) >= 0).all()
 
 
@@ -115,8 +115,8 @@ def test_bare_tables_are_reckoned_from_episodes_without_a_caregiver():
     settings = Settings(PAPER, "grid", ("none", "floor"), (1, "toddler:0.5", "explorer:0.5,0.5"), episodes=5)
     result = evaluate(settings)
     costs = with_costs(result.episodes, settings.plans)
-    none, floor = (costs[costs.caregiver == name] for name in settings.caregivers)
-    np.testing.assert_allclose(none.damage.to_numpy() - none.preventable, floor.damage.to_numpy())
+    none, bare_tables = (costs[costs.caregiver == name] for name in settings.caregivers)
+    np.testing.assert_allclose(none.damage.to_numpy() - none.preventable, bare_tables.damage.to_numpy())
     assert [row["score"] for row in result.summary["comparisons"]] == pytest.approx([1, 1, 1])
 
 

@@ -16,7 +16,7 @@ from caregiver_mj.caregivers.target_map import Slots
 from caregiver_mj.caregivers.target_observation import Encoder
 from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.errors import CaregiverError, FloorPlanError
-from caregiver_mj.grid.world import FloorWorld, GridWorld
+from caregiver_mj.grid.world import BareTablesWorld, GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import State
 from caregiver_mj.viz.hud.display import draw_plan
@@ -149,8 +149,8 @@ def test_in_any_plan_each_is_taken_once_and_none_comes_back(plan_text, name):
         assert (more / 5 <= (now & ~before).sum(axis=1)).all()
         if name == "none":
             assert (more / 5 == (now & ~before).sum(axis=1)).all()
-    floor = FloorWorld(plan, "1").run(streams(4, 60)).totals()
-    assert (floor["damage"] == floor["damage_table"]).all()
+    bare = BareTablesWorld(plan, "1").run(streams(4, 60)).totals()
+    assert (bare["damage"] == bare["damage_table"]).all()
 
 
 # -- Foresight -----------------------------------------------------------------------------------

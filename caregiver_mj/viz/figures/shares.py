@@ -12,19 +12,19 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
-from caregiver_mj.experiments.spec import FLOOR
+from caregiver_mj.experiments.spec import BARE_TABLES
 from caregiver_mj.plans import hazards
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.colours import unit
 from caregiver_mj.viz.figures.style import (
     ALONE,
     FAINT,
-    FLOOR_LINE,
     GUARDED,
     HEIGHT,
     INK,
     MUTED,
     PUBLISHED,
+    REFERENCE_LINE,
     STYLE,
     WIDTH,
     Series,
@@ -52,10 +52,10 @@ _SPREAD = 0.32  # of the points of a caregiver, to both sides
 _GOLDEN = 0.618034  # multiples of which are spread evenly, however many there are
 
 
-def damage_left(novices: Sequence[str], series: Sequence[Series], floor: Series | None = None) -> Figure:
+def damage_left(novices: Sequence[str], series: Sequence[Series], bare_tables: Series | None = None) -> Figure:
     """Return the damage as a share of that without a caregiver, a marker with its interval for each novice or family.
 
-    The floor, the share that remains with bare tables alone, is a line for each of them.
+    The share that remains with bare tables alone is a line for each of them.
     """
     with mpl.rc_context(STYLE):
         figure, axes = single()
@@ -63,9 +63,9 @@ def damage_left(novices: Sequence[str], series: Sequence[Series], floor: Series 
         known = max(1.0, *(np.nanmax([*s.mean, 0]) for s in series))
         axes.set(ylabel="damage left", ylim=(0, max(1.15, 1.05 * known, min(1.05 * tallest, _HIGHEST))))
         keys = _of_alone(axes, novices, series)
-        if floor is not None:
+        if bare_tables is not None:
             places = np.arange(len(novices))
-            keys["floor"] = axes.hlines(floor.mean, places - 0.4, places + 0.4, **FLOOR_LINE)
+            keys["floor"] = axes.hlines(bare_tables.mean, places - 0.4, places + 0.4, **REFERENCE_LINE)
         axes.text(len(novices) - 0.52, 1.015, "no caregiver", ha="right", va="bottom", color=INK, fontsize=9)
         explain(figure, keys)
     return figure
@@ -79,7 +79,7 @@ def toys_kept(novices: Sequence[str], series: Sequence[Series], margin: float) -
         bottom, top = max(0.0, min(0.85, min(known) - 0.1)), min(_HIGHEST, max(1.15, max(known) + 0.1))
         axes.set(ylabel="toys kept", ylim=(bottom, top))
         keys = _of_alone(axes, novices, series)
-        keys[f"{100 * margin:g} % lost"] = axes.axhline(1 - margin, **FLOOR_LINE)
+        keys[f"{100 * margin:g} % lost"] = axes.axhline(1 - margin, **REFERENCE_LINE)
         explain(figure, keys)
     return figure
 
@@ -172,9 +172,9 @@ def kinds(means: pd.DataFrame, names: Mapping[str, str], *, caregiver: str = "pa
                 axes.text(
                     x, bottom + 0.012, f"{row['damage_mean']:.1f}", ha="center", va="bottom", color=INK, fontsize=7.5
                 )
-            if (FLOOR, family) in rows.index and whole:
-                level = float(rows.loc[(FLOOR, family), "damage_mean"]) / whole
-                keys["floor"] = axes.hlines(level, place - _WIDTH, place + _WIDTH, **FLOOR_LINE)
+            if (BARE_TABLES, family) in rows.index and whole:
+                level = float(rows.loc[(BARE_TABLES, family), "damage_mean"]) / whole
+                keys["floor"] = axes.hlines(level, place - _WIDTH, place + _WIDTH, **REFERENCE_LINE)
         axes.set_xticks(np.arange(len(names)), list(names.values()))
         axes.set_ylim(0, 1.1 * highest)
         axes.set_ylabel("share of the damage without")
@@ -197,7 +197,7 @@ def survival(
     looks: dict[str, dict[str, Any]] = {
         "none": {"color": unit(ALONE), "linewidth": 1.8},
         caregiver: {"color": unit(GUARDED), "linewidth": 2.2},
-        FLOOR: dict(FLOOR_LINE),
+        BARE_TABLES: dict(REFERENCE_LINE),
     }
     others = [name for name in caregivers if name not in looks]
     for name, (colour, line) in zip(others, _OTHERS, strict=False):
@@ -237,7 +237,7 @@ def houses(
     single house. The means have a row for each `caregiver`, in the order in which they are drawn, and `family`, with
     `damage_left`, `damage_left_ci_low` and `_ci_high`, NaN where there is none. Families without names are left out.
     """
-    caregivers = [name for name in dict.fromkeys(means["caregiver"]) if name not in ("none", FLOOR)]
+    caregivers = [name for name in dict.fromkeys(means["caregiver"]) if name not in ("none", BARE_TABLES)]
     row = _ROW if by_house is not None else _BARE_ROW
     by_house = means.iloc[:0] if by_house is None else by_house
     limit = _limit(by_house[by_house["caregiver"].isin(caregivers)], means)
@@ -248,9 +248,9 @@ def houses(
         for family, axes in found.items():
             points, middles = (table[table["family"] == family] for table in (by_house, means))
             keys |= _panel(axes, points, middles.set_index("caregiver"), caregivers, caregiver, limit)
-            if FLOOR in set(middles["caregiver"]):
-                level = float(middles.set_index("caregiver").loc[FLOOR, "damage_left"])
-                keys["floor"] = axes.axvline(level, **FLOOR_LINE)
+            if BARE_TABLES in set(middles["caregiver"]):
+                level = float(middles.set_index("caregiver").loc[BARE_TABLES, "damage_left"])
+                keys["floor"] = axes.axvline(level, **REFERENCE_LINE)
             keys["no caregiver"] = axes.axvline(1.0, color=unit(ALONE), linewidth=1.4, zorder=1)
             axes.set_yticks(range(len(caregivers)), caregivers)
             axes.set_ylim(len(caregivers) - 0.45, -0.55)

@@ -30,7 +30,7 @@ PUBLISHED: dict[str, Any] = {
     "markersize": 5.5,
     "linestyle": "none",
 }
-FLOOR_LINE: dict[str, Any] = {  # what remains with bare tables alone
+REFERENCE_LINE: dict[str, Any] = {  # what remains with bare tables alone
     "color": INK,
     "linewidth": 1.4,
     "linestyle": (0, (3, 1.5)),

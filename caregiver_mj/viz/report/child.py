@@ -24,7 +24,7 @@ def child(run: Run) -> dict[str, Any]:
     shown = (run.caregiver, *run.rivals(_RIVALS))
     lines = {family: in_lines(family) for family in run.families}
     names = {family: family_name(family) for family in run.families}
-    survival = figures.survival(run.episodes, names, ("none", *shown, *run.floor), caregiver=run.caregiver)
+    survival = figures.survival(run.episodes, names, ("none", *shown, *run.bare_tables), caregiver=run.caregiver)
     toys = figures.toys_kept(
         list(lines.values()), [left_series(run, c, c, run.families, "toys_reached") for c in shown], MARGIN
     )

@@ -49,7 +49,7 @@ def left(run: Run) -> dict[str, Any]:
         "pictures": _pictures(run),
         "verdicts": verdicts(run),
         "wins": wins_table(run),
-        "floor": bool(run.floor),
+        "floor": bool(run.bare_tables),
     }
 
 
@@ -110,7 +110,7 @@ def wins_table(run: Run) -> Table | None:
 
 def _pictures(run: Run) -> list[Picture]:
     """Every house as a point; of a single house, or of few caregivers in one, their shares."""
-    name, floor = f"damage_left_{run.name}", next(iter(run.floor), "")
+    name, bare_tables = f"damage_left_{run.name}", next(iter(run.bare_tables), "")
     means = pd.DataFrame([row for row in run.summary["comparisons"] if row["baseline"] == "none"])
     means = means.set_index("caregiver").loc[[c for c in run.settings.caregivers if c != "none"]].reset_index()
     bounded = means[["damage_left_ci_low", "damage_left_ci_high"]].notna().any(axis=None)
@@ -127,7 +127,7 @@ def _pictures(run: Run) -> list[Picture]:
     if len(run.baselines) >= _FEW:
         return [Picture.of(name, figures.houses(None, means, names, caregiver=run.caregiver), caption)]
     series = [left_series(run, caregiver, caregiver, run.families) for caregiver in (run.caregiver, *run.baselines)]
-    line = left_series(run, floor, floor, run.families) if floor else None
+    line = left_series(run, bare_tables, bare_tables, run.families) if bare_tables else None
     lines = [in_lines(family) for family in run.families]
     return [Picture.of(name, figures.damage_left(lines, series, line), caption)]
 
@@ -231,15 +231,15 @@ def short_table(run: Run) -> Table:
 
     rows = [(name, *cells(kind)) for kind, name in figures.kinds_in(pd.DataFrame(run.summary["rows"])).items()]
     rows.append(("all", *cells("damage")))
-    for floor in run.floor:
-        rows.append((floor, *(number(run.row(floor, family)["damage_mean"]) for family in run.families)))
+    for name in run.bare_tables:
+        rows.append((name, *(number(run.row(name, family)["damage_mean"]) for family in run.families)))
     rows.append((_OF_ALL, *(_share(run, family) for family in run.families)))
     return run.table("Damage without → with the caregiver", "damage at", rows)
 
 
 def kinds_table(run: Run) -> Table:
     """Return the damage by what did it, without and with the caregiver, and the floor of it."""
-    who = {"none": "without", run.caregiver: "with"} | dict.fromkeys(run.floor, "floor")
+    who = {"none": "without", run.caregiver: "with"} | dict.fromkeys(run.bare_tables, "floor")
     rows = []
     for kind, name in figures.kinds_in(pd.DataFrame(run.summary["rows"])).items():
         rows += [(f"{name}, {how}", *run.cells(caregiver, f"{kind}_mean")) for caregiver, how in who.items()]

@@ -14,7 +14,7 @@ import pandas as pd
 from caregiver_mj.caregivers.registry import RULE
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.finished import Finished, read_finished
-from caregiver_mj.experiments.spec import FLOOR
+from caregiver_mj.experiments.spec import BARE_TABLES
 from caregiver_mj.experiments.summary import by_house
 from caregiver_mj.plans.floor_plan import FloorPlan, house_names
 from caregiver_mj.plans.hazards import DamageWeights
@@ -89,12 +89,12 @@ class Run(Finished):
     @property
     def acting(self) -> tuple[str, ...]:
         """All caregivers that do something, in the run's order."""
-        return tuple(c for c in self.settings.caregivers if c not in ("none", FLOOR))
+        return tuple(c for c in self.settings.caregivers if c not in ("none", BARE_TABLES))
 
     @property
-    def floor(self) -> tuple[str, ...]:
-        """The name of the floor, if the run has it."""
-        return tuple(c for c in self.settings.caregivers if c == FLOOR)
+    def bare_tables(self) -> tuple[str, ...]:
+        """The name of the bare-tables baseline, if the run has it."""
+        return tuple(c for c in self.settings.caregivers if c == BARE_TABLES)
 
     def rivals(self, most: int) -> tuple[str, ...]:
         """Return those of the other caregivers that leave the least damage, in the run's order."""

@@ -1,4 +1,4 @@
-"""The floor, a child that stays, and a caregiver that makes no room, in the grid."""
+"""Bare tables only, a child that stays, and a caregiver that makes no room, in the grid."""
 
 import functools
 
@@ -9,7 +9,7 @@ from caregiver_mj.caregivers import Caregiver, make_caregiver
 from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.children.family import CHILDREN
 from caregiver_mj.children.random_stream import RandomStream
-from caregiver_mj.grid.world import FloorWorld, GridWorld, run_episodes
+from caregiver_mj.grid.world import BareTablesWorld, GridWorld, run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from studies.bounds.clairvoyant import ClairvoyantCaregiver
@@ -27,21 +27,23 @@ def paper():
     return FloorPlan.load("paper")
 
 
-def run_floor(plan, family, seeds):
-    """The ledger of a family's episodes."""
-    return FloorWorld(plan, family).run([RandomStream.draw_family(np.random.RandomState(seed), 1) for seed in seeds])
+def run_bare_tables(plan, family, seeds):
+    """Return the ledger of some episodes."""
+    return BareTablesWorld(plan, family).run(
+        [RandomStream.draw_family(np.random.RandomState(seed), 1) for seed in seeds]
+    )
 
 
 @pytest.mark.parametrize(("epsilon", "left"), [(1.0, 0.25), (0.05, 0.15)])
-def test_the_floor_in_the_paper_house(paper, epsilon, left):
+def test_bare_tables_only_in_the_paper_house(paper, epsilon, left):
     """The figures are an independent simulation's, with two decimals."""
-    alone, floor = run_episodes(paper, epsilon, None, range(500)), run_floor(paper, epsilon, range(500))
-    assert floor.damage.mean() / alone.damage.mean() == pytest.approx(left, abs=0.015)
+    alone, bare = run_episodes(paper, epsilon, None, range(500)), run_bare_tables(paper, epsilon, range(500))
+    assert bare.damage.mean() / alone.damage.mean() == pytest.approx(left, abs=0.015)
 
 
 @pytest.mark.parametrize("child", CHILDREN)
-def test_on_the_floor_there_are_bumps_into_bare_tables_and_nothing_else(paper, child):
-    totals = run_floor(paper, f"{child}:0.75", range(20)).totals()
+def test_with_bare_tables_only_there_are_bumps_into_these_and_nothing_else(paper, child):
+    totals = run_bare_tables(paper, f"{child}:0.75", range(20)).totals()
     assert (totals["damage"] == totals["damage_table"]).all()
     if child == "novice":  # no bump takes it anywhere else, so it goes the same ways
         alone = run_episodes(paper, 0.75, None, range(20)).totals()
@@ -52,7 +54,7 @@ def test_on_the_floor_there_are_bumps_into_bare_tables_and_nothing_else(paper, c
 
 def test_a_stairwell_that_is_shut_blocks_by_hand():
     plan = FloorPlan.parse("#####\n#S.B#\n##T##\n#####")
-    for world, damage, blocked in ((GridWorld(plan, 1.0, None), 10.0, 0), (FloorWorld(plan, 1.0), 0.0, 2)):
+    for world, damage, blocked in ((GridWorld(plan, 1.0, None), 10.0, 0), (BareTablesWorld(plan, 1.0), 0.0, 2)):
         totals = world.run([moving(WEST, 2)]).totals()
         assert (totals["damage"].tolist(), totals["moves_blocked"].tolist()) == ([damage], [blocked])
 
