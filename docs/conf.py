@@ -16,8 +16,8 @@ extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "mathm
 exclude_patterns = ["_build"]
 default_role = "py:obj"  # `Name` in a docstring leads to what has that name, if anything does
 _INSIDE = (
-    "BaseMotion|CommandedCaregiver|Navigator|OffscreenRendering|"
-    "PrivilegedCaregiver|RetrievalPlanner|Value|Who|WorkerError"
+    "BaseMotion|ChildrenLike|CommandedCaregiver|Navigator|OffscreenRendering|"
+    "PrivilegedCaregiver|RetrievalPlanner|Value|WorkerError"
 )
 nitpick_ignore_regex = [
     ("py:obj", ".*"),

@@ -24,7 +24,7 @@ from rich.progress import track
 
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.caregivers.registry import make_caregiver
-from caregiver_mj.children.family import Family, side_by_side
+from caregiver_mj.children.child_group import ChildGroup, side_by_side
 from caregiver_mj.experiments import two_level
 from caregiver_mj.experiments.provenance import source_digest, versions
 from caregiver_mj.experiments.run_folder import RunFolder
@@ -56,7 +56,7 @@ class Job(NamedTuple):
 
 def measure(job: Job) -> dict[str, Any]:
     """Return the damage to be expected of each child's moves and the share of decisions that differ, by epsilon."""
-    plan, spent, children = FloorPlan.load(job.house), list[float](), [Family.of(one) for one in job.epsilons]
+    plan, spent, children = FloorPlan.load(job.house), list[float](), [ChildGroup.of(one) for one in job.epsilons]
     caregiver, streams = make_caregiver(job.caregiver, plan), []
     for episode in range(job.episodes):
         streams.append(episode_streams(episode_seed(job.seed, episode), 1))

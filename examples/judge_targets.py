@@ -22,7 +22,7 @@ from targets_vector import Remembering
 
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
-from caregiver_mj.children.family import Family, side_by_side
+from caregiver_mj.children.child_group import ChildGroup, side_by_side
 from caregiver_mj.envs.target_grid import GridTargetsVector, TargetGrid
 from caregiver_mj.experiments.blocks import run_block
 from caregiver_mj.experiments.settings import EPSILONS, Settings
@@ -45,7 +45,7 @@ def scripted(plan: FloorPlan, episodes: int) -> pd.DataFrame:
 
 def learnt(plan: FloorPlan, policies: Mapping[str, Policy], slots: tuple[int, int], episodes: int) -> pd.DataFrame:
     """The same episodes of some policies and of the rule in their place, all of them in one batch."""
-    families, names = [Family.of(epsilon) for epsilon in EPSILONS], [*policies, RULE]
+    families, names = [ChildGroup.of(epsilon) for epsilon in EPSILONS], [*policies, RULE]
     each = episodes * len(families)
     children = side_by_side(plan, families * len(names), episodes)
     inner = GridTargetsVector(each * len(names), house=plan, epsilon=children, slots=slots)

@@ -20,7 +20,7 @@ from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.foresight.options import Options
 from caregiver_mj.caregivers.foresight.value_table import OBJECTIVE, costs
 from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.children.family import Family
+from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.children.novice import Novice
 from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.danger.child_model import child_chain
@@ -52,7 +52,7 @@ class RolloutCaregiver(ForesightCaregiver):
         super().reset(batch, seeds, children)
         self._random = [np.random.default_rng(seed) for seed in (range(batch) if seeds is None else seeds)]
         self._child, self._ahead = Novices(plan, 0.0), Committed(plan)
-        self.world = GridWorld(plan, Family((self._child,)), self._ahead, sight=self.sight)
+        self.world = GridWorld(plan, ChildGroup((self._child,)), self._ahead, sight=self.sight)
         self.decisions, self.others = np.zeros((2, batch), int)
         self._found = np.full(batch, NOTHING)
 

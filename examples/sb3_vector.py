@@ -23,7 +23,7 @@ from sb3_contrib import MaskablePPO
 from stable_baselines3 import PPO
 
 import caregiver_mj
-from caregiver_mj.children.family import Family
+from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.envs.sb3 import BatchVecEnv
 from caregiver_mj.experiments.score import expected_damage
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -60,8 +60,8 @@ def main() -> None:
     policy = "MlpPolicy" if options.observation == "flat" else "MultiInputPolicy"
     envs = BatchVecEnv(gymnasium.make_vec(NAME, options.num_envs, observation=options.observation))
     model = kind(policy, envs, n_steps=100, batch_size=400, seed=options.seed, device="cpu")
-    none, floor = (curve[-1] for curve in expected_damage(FloorPlan.load("paper"), Family.of(0.5)))
-    print(f"alone: damage {none:.1f}, score 0.00; bare tables only: damage {floor:.1f}, score 1.00")
+    none, bare_tables = (curve[-1] for curve in expected_damage(FloorPlan.load("paper"), ChildGroup.of(0.5)))
+    print(f"alone: damage {none:.1f}, score 0.00; bare tables only: damage {bare_tables:.1f}, score 1.00")
     print("before: damage {:.1f}, score {:.2f}".format(*judge(model, masked, options.observation)))
     start = time.perf_counter()
     model.learn(options.steps)

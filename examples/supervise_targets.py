@@ -25,7 +25,7 @@ from sb3_contrib import MaskablePPO
 from stable_baselines3.common.callbacks import BaseCallback
 from targets_vector import Remembering
 
-from caregiver_mj.children.family import Family, side_by_side
+from caregiver_mj.children.child_group import ChildGroup, side_by_side
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.envs.houses_vector import GridHousesVector
 from caregiver_mj.envs.sb3 import BatchVecEnv
@@ -82,7 +82,7 @@ def train(seed: int, steps: int, folder: pathlib.Path, vector: GridHousesVector,
 
 def damage_alone(plan: FloorPlan, episodes: int = 10) -> float:
     """Mean damage to all of `FAMILIES` alone in a house."""
-    children = side_by_side(plan, [Family.of(epsilon) for epsilon in FAMILIES], episodes)
+    children = side_by_side(plan, [ChildGroup.of(epsilon) for epsilon in FAMILIES], episodes)
     return float(run_episodes(plan, children, None, [*range(episodes)] * len(FAMILIES)).damage.mean())
 
 

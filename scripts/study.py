@@ -31,7 +31,7 @@ from matplotlib.figure import Figure
 from rich.console import Console
 from rich.progress import Progress, track
 
-from caregiver_mj.children.family import Family, side_by_side
+from caregiver_mj.children.child_group import ChildGroup, side_by_side
 from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.evaluation import evaluate
@@ -358,9 +358,9 @@ def streams(episodes: int, seed: int = 0, children: int = 1) -> list[tuple[Rando
 
 
 def run_in_grid(
-    make: Callable[[FloorPlan, Family], AnyWorld],
+    make: Callable[[FloorPlan, ChildGroup], AnyWorld],
     plan: FloorPlan,
-    families: Iterable[Family | float | str],
+    families: Iterable[ChildGroup | float | str],
     episodes: int,
     seed: int = 0,
     look: Callable[[AnyWorld], None] | None = None,
@@ -375,7 +375,7 @@ def run_in_grid(
         seed: Of all of them.
         look: Called with the world after each timestep.
     """
-    made = [Family.of(family) for family in families]
+    made = [ChildGroup.of(family) for family in families]
     world = make(plan, side_by_side(plan, made, episodes))
     if look:
         world.observers = [look]

@@ -185,7 +185,7 @@ def visit(name: str, net: Weights | None, seed: int) -> tuple[np.ndarray, ...] |
             epsilons = np.clip(epsilons, 0.02, 1.0)
             behaviour.epsilons = lambda _, epsilons=epsilons: epsilons
         seeds = random.integers(2**31, size=episodes)
-        world.run([RandomStream.draw_family(np.random.RandomState(one), children) for one in seeds])
+        world.run([RandomStream.draw_group(np.random.RandomState(one), children) for one in seeds])
         heard += learner.heard
     return tuple(np.concatenate(part) for part in zip(*heard, strict=True))
 
@@ -285,7 +285,7 @@ def judge(house: str, nets: list[Weights], who: list[str], episodes: int) -> np.
             setattr(caregiver, method, functools.partial(_timed, took, getattr(caregiver, method)))
         world = GridWorld(plan, 0.5, caregiver)
         world.behaviours[0].epsilons = lambda _: np.repeat(EPSILONS, episodes)
-        ledger = world.run([RandomStream.draw_family(np.random.RandomState(seed), 1) for seed in seeds])
+        ledger = world.run([RandomStream.draw_group(np.random.RandomState(seed), 1) for seed in seeds])
         made.setdefault(name, took[0])  # the first of several networks makes for the others what a house has
         found.append([*ledger.damage, made[name], sum(took[1:]) / len(seeds)])
     return np.array(found)

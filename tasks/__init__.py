@@ -19,7 +19,7 @@ from caregiver_mj.registry import named_object
 if TYPE_CHECKING:
     ALL_TASKS: tuple[str, ...]
 
-    from caregiver_mj.children.family import Who
+    from caregiver_mj.children.child_group import ChildrenLike
     from caregiver_mj.house.rendering import control
     from caregiver_mj.tasks.base import CareTask
 
@@ -79,7 +79,7 @@ def __getattr__(name: str) -> tuple[str, ...]:
 def load(
     task: str,
     house: str | os.PathLike[str] | FloorPlan = "paper",
-    epsilon: Who | Sequence[Who] = 0.5,
+    epsilon: ChildrenLike | Sequence[ChildrenLike] = 0.5,
     random: Random = None,
     task_kwargs: dict[str, Any] | None = None,
     environment_kwargs: dict[str, Any] | None = None,
@@ -92,7 +92,7 @@ def load(
         task: One of `ALL_TASKS`.
         house: A floor plan, its name, as that of a house of the package or `house-17`, or a path of one.
         epsilon: Share of the novice's moves that are random, in [0, 1]. For several children that of each, as in
-            "1,.25", or a `Family`, or a list of children.
+            "1,.25", or a `ChildGroup`, or a list of children.
         random: Source of all randomness, a `RandomState` or a `Generator`, which is then drawn from; or a seed for one,
             Python's or NumPy's integer; None for a fresh one.
         task_kwargs: Further arguments of the task: `embodiment`, the robot's name, or `robot=False`, and so on;

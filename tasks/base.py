@@ -13,7 +13,7 @@ from dm_env import specs
 
 from caregiver_mj.caregivers.caregiver import Caregiver, starting_tables
 from caregiver_mj.caregivers.privileged import Truth
-from caregiver_mj.children.family import Family, Who
+from caregiver_mj.children.child_group import ChildGroup, ChildrenLike
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS, Random, RandomStream, random_state, start_cells
 from caregiver_mj.children.walk import WALKING_SPEED, novice_timestep
 from caregiver_mj.errors import CaregiverError, UnknownOptionError, check_kind, check_number
@@ -130,7 +130,7 @@ class CareTask(control.Task):
     def __init__(
         self,
         plan: FloorPlan,
-        family: Who | Sequence[Who],
+        family: ChildrenLike | Sequence[ChildrenLike],
         random: Random = None,
         robot: bool = True,
         embodiment: Embodiment | str | None = None,
@@ -145,7 +145,7 @@ class CareTask(control.Task):
 
         Args:
             plan: The house.
-            family: The children, as `Family.of` takes them.
+            family: The children, as `ChildGroup.of` takes them.
             random: Source of all randomness, or a seed for one, as `random_state` takes it.
             robot: Whether there is a robot in the house.
             embodiment: Which one, or its name; the default one if None.
@@ -171,7 +171,7 @@ class CareTask(control.Task):
             raise UnknownOptionError(f"task_kwargs: {str(error).partition('() ')[2]}") from None
         placed.check(plan)
         self.reseed(random)
-        self.plan, self.family = plan, Family.of(family)
+        self.plan, self.family = plan, ChildGroup.of(family)
         self.has_robot, self.embodiment = robot, find_embodiment(embodiment)
         self.control_timestep = control_timestep
         self.novice_timestep = novice_timestep(control_timestep, plan.cell_size)
@@ -225,7 +225,7 @@ class CareTask(control.Task):
     # -- dm_control's interface ------------------------------------------------------------------
 
     def initialize_episode(self, physics: Physics) -> None:
-        streams = RandomStream.draw_family(self.random, len(self.children))
+        streams = RandomStream.draw_group(self.random, len(self.children))
         self.caregiver_seed = streams[0].caregiver_seed
         starts = np.stack([stream.start for stream in streams])[None]
         landings = len(self.plan.landings)

@@ -18,7 +18,7 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from caregiver_mj import cli
-from caregiver_mj.children.family import Family
+from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld
@@ -81,7 +81,7 @@ def test_plans(content):
             assert status(["house", "show", file]) == 0
             plan = FloorPlan.load(file)
             assert FloorPlan.parse(plan.text).rows == plan.rows
-            stream = RandomStream.draw_family(np.random.RandomState(0), 1, timesteps=30)
+            stream = RandomStream.draw_group(np.random.RandomState(0), 1, timesteps=30)
             assert GridWorld(plan, 1.0, None).run([stream]).timestep == 30
         else:
             with pytest.raises(CaregiverError):
@@ -187,10 +187,10 @@ def test_command_lines(run, argv):
 @given(st.text(max_size=12), st.sampled_from(["novice", "expert", ""]))
 def test_families(text, child):
     try:
-        family = Family.parse(text, child)
+        family = ChildGroup.parse(text, child)
     except CaregiverError:
         return
-    assert Family.parse(str(family)) == family
+    assert ChildGroup.parse(str(family)) == family
 
 
 # -- Run folders -------------------------------------------------------------------------------------

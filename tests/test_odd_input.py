@@ -7,7 +7,7 @@ import pytest
 import caregiver_mj
 from caregiver_mj.caregivers import Caregiver, make_caregiver
 from caregiver_mj.caregivers.foresight.value_table import AllLayouts
-from caregiver_mj.children.family import ChildSpec
+from caregiver_mj.children.child_group import ChildSpec
 from caregiver_mj.children.novice import Novice
 from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.envs.houses_vector import GridHousesVector
@@ -114,7 +114,7 @@ def step_vector(actions, seed=0):
     envs.step(actions)
 
 
-ONE = [RandomStream.draw_family(np.random.RandomState(0), 1, timesteps=2)]
+ONE = [RandomStream.draw_group(np.random.RandomState(0), 1, timesteps=2)]
 
 ODD = {
     "load": [

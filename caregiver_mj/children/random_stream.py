@@ -55,7 +55,7 @@ class RandomStream:
         return cls(draws[0], draws[1:], int(random.randint(2**31 - 1)))
 
     @classmethod
-    def draw_family(cls, random: Random, children: int, timesteps: int = EPISODE_TIMESTEPS) -> tuple[RandomStream, ...]:
+    def draw_group(cls, random: Random, children: int, timesteps: int = EPISODE_TIMESTEPS) -> tuple[RandomStream, ...]:
         """Draw the streams of several children. The first one is that of an only child, whoever else there is."""
         first = cls.draw(random, timesteps)
         others = (np.random.SeedSequence([first.caregiver_seed, child]) for child in range(1, children))

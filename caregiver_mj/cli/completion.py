@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Iterable, Iterator
 
 from caregiver_mj.caregivers.registry import CAREGIVERS, POLICIES
-from caregiver_mj.children.family import CHILDREN
+from caregiver_mj.children.child_group import CHILDREN
 from caregiver_mj.experiments.spec import BARE_TABLES
 from caregiver_mj.plans.floor_plan import house_names
 from caregiver_mj.plans.sets import DRAWN, FIRST_SEEDS

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from caregiver_mj.caregivers.registry import CAREGIVERS, DRIVER, PERSON, POLICIES
-from caregiver_mj.children.family import CHILDREN
+from caregiver_mj.children.child_group import CHILDREN
 from caregiver_mj.cli.house import describe
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.spec import BARE_TABLES

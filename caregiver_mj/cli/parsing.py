@@ -11,7 +11,7 @@ from typing import Any
 
 from caregiver_mj.caregivers.registry import CAREGIVERS, POLICIES, RULE
 from caregiver_mj.caregivers.server import REAL_TIME, WAITS, Queries
-from caregiver_mj.children.family import CHILDREN, NOVICE, Family
+from caregiver_mj.children.child_group import CHILDREN, NOVICE, ChildGroup
 from caregiver_mj.cli import PROGRAM
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.run_folder import StorageError, read_block
@@ -213,7 +213,7 @@ def add_children(command: argparse.ArgumentParser) -> None:
     )
 
 
-def read_family(epsilon: str, arguments: argparse.Namespace) -> Family:
+def read_family(epsilon: str, arguments: argparse.Namespace) -> ChildGroup:
     """Return the children of one value of --epsilon, such as "0.5" or "1,.25", and of `add_children`'s options.
 
     Raises:
@@ -229,7 +229,7 @@ def read_family(epsilon: str, arguments: argparse.Namespace) -> Family:
         )
     CHILDREN[arguments.child]  # there may be none, which counts for nothing where all have names
     try:
-        family = Family.parse(epsilon, arguments.child)
+        family = ChildGroup.parse(epsilon, arguments.child)
     except CaregiverError as error:
         raise CaregiverError(f"--epsilon {epsilon}: {error}") from None
     if count in (None, len(family)):

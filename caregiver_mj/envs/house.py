@@ -12,7 +12,7 @@ import numpy as np
 from gymnasium import spaces
 
 from caregiver_mj.caregivers.target_observation import Observations
-from caregiver_mj.children.family import Who
+from caregiver_mj.children.child_group import ChildrenLike
 from caregiver_mj.envs.bounds import BoundedObservations
 from caregiver_mj.envs.spaces import CostMeter, Seed, check_render_mode, episode_seed, plain_seed
 from caregiver_mj.errors import check_integer
@@ -44,7 +44,7 @@ class HouseEnv(gymnasium.Env):
         self,
         task: str = "supervise",
         house: str | os.PathLike[str] | FloorPlan = "paper",
-        epsilon: Who | Sequence[Who] = 0.5,
+        epsilon: ChildrenLike | Sequence[ChildrenLike] = 0.5,
         *,
         observation: str = "numbers",
         task_kwargs: dict[str, Any] | None = None,

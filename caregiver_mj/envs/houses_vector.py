@@ -14,7 +14,7 @@ from gymnasium.vector.utils import batch_space
 from caregiver_mj.caregivers.target_map import places_needed
 from caregiver_mj.caregivers.target_observation import Observations
 from caregiver_mj.children.behaviour import Behaviour
-from caregiver_mj.children.family import ChildSpec, Family, Who, side_by_side
+from caregiver_mj.children.child_group import ChildGroup, ChildrenLike, ChildSpec, side_by_side
 from caregiver_mj.envs.spaces import Seed, plain_seed
 from caregiver_mj.envs.target_grid import MOST_EPISODES, GridTargetsVector
 from caregiver_mj.errors import CaregiverError, check_integer
@@ -42,7 +42,7 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
         houses: Sequence[str | os.PathLike[str] | FloorPlan],
         num_envs: int = 256,
         at_once: int | None = None,
-        families: Sequence[Who] = (0.5,),
+        families: Sequence[ChildrenLike] = (0.5,),
         **options: Any,
     ):
         """Make an environment.
@@ -52,7 +52,7 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
             num_envs: Episodes at once, 100,000 at most, as many in each house with each family.
             at_once: How many houses they are in, each a different one, drawn anew with every episode; 8, or all of
                 fewer, if None.
-            families: The children, several of what `Family.of` takes, with as many children in each.
+            families: The children, several of what `ChildGroup.of` takes, with as many children in each.
             options: Further arguments of `GridTargetsVector`, but for pictures; `slots` and `shape` are what the houses
                 need if left out.
 
@@ -64,9 +64,9 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
         if isinstance(houses, (str, os.PathLike, FloorPlan)) or not isinstance(houses, Iterable):
             raise CaregiverError(f"houses must be several, such as house_set('train-100') has, got {houses!r}")
         self.plans = tuple(one if isinstance(one, FloorPlan) else FloorPlan.load(one) for one in houses)
-        if isinstance(families, (str, Family, ChildSpec, Behaviour)) or not isinstance(families, Iterable):
+        if isinstance(families, (str, ChildGroup, ChildSpec, Behaviour)) or not isinstance(families, Iterable):
             raise CaregiverError(f"families must be several, such as (0.5,) or ('1', '0.5'), got {families!r}")
-        self._families = tuple(map(Family.of, families))
+        self._families = tuple(map(ChildGroup.of, families))
         if not self.plans:
             raise CaregiverError("houses must be at least 1, got none")
         at_once = min(_AT_ONCE, len(self.plans)) if at_once is None else at_once

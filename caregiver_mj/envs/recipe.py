@@ -336,7 +336,7 @@ class TargetCaregiver(Actor):
 
     def begin(self, seed: int) -> None:
         children = self._world.children
-        stream, *_ = RandomStream.draw_family(np.random.RandomState(seed), children)
+        stream, *_ = RandomStream.draw_group(np.random.RandomState(seed), children)
         self._caregiver.reset(1, [stream.caregiver_seed], children)
 
     def act(self) -> tuple[np.ndarray, int]:

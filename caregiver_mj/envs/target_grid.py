@@ -16,7 +16,7 @@ from gymnasium.vector.utils import batch_space
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.caregivers.target_observation import Encoder, Observations
-from caregiver_mj.children.family import Family, Who
+from caregiver_mj.children.child_group import ChildGroup, ChildrenLike
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS, RandomStream
 from caregiver_mj.envs.spaces import CostMeter, Seed, check_render_mode, episode_seed, observation_space, plain_seed
 from caregiver_mj.errors import CaregiverError, check_integer
@@ -44,10 +44,12 @@ class TargetGrid:
 
     diverged, dm_env = False, None
 
-    def __init__(self, house: str | os.PathLike[str] | FloorPlan, epsilon: Who | Sequence[Who], **options: Any):
+    def __init__(
+        self, house: str | os.PathLike[str] | FloorPlan, epsilon: ChildrenLike | Sequence[ChildrenLike], **options: Any
+    ):
         """Make it; the options are further arguments of `Encoder`."""
         plan = house if isinstance(house, FloorPlan) else FloorPlan.load(house)
-        self.family, self.caregiver = Family.of(epsilon), CommandedCaregiver(plan)
+        self.family, self.caregiver = ChildGroup.of(epsilon), CommandedCaregiver(plan)
         self.children = len(self.family)
         self._scorer = Scorer(plan, self.family)
         self.world = GridWorld(plan, self.family, self.caregiver)
@@ -56,7 +58,7 @@ class TargetGrid:
 
     def begin(self, seeds: Sequence[int]) -> None:
         """Begin the episodes of some seeds, with the children's first moves."""
-        self.world.reset([RandomStream.draw_family(np.random.RandomState(seed), self.children) for seed in seeds])
+        self.world.reset([RandomStream.draw_group(np.random.RandomState(seed), self.children) for seed in seeds])
         self._cost = CostMeter(self.world.ledger)
         self.ended = False
         self.encoder.trace.clear()
@@ -121,7 +123,7 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
         num_envs: int = 1,
         world: str = "grid",
         house: str | os.PathLike[str] | FloorPlan = "paper",
-        epsilon: Who | Sequence[Who] = 0.5,
+        epsilon: ChildrenLike | Sequence[ChildrenLike] = 0.5,
         *,
         render_mode: str | None = None,
         width: int = 640,

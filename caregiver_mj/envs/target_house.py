@@ -11,7 +11,7 @@ import numpy as np
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.caregivers.target_observation import Encoder
-from caregiver_mj.children.family import Who
+from caregiver_mj.children.child_group import ChildrenLike
 from caregiver_mj.envs.spaces import CostMeter
 from caregiver_mj.experiments.runner import DivergenceError, HouseRollout
 from caregiver_mj.experiments.score import Scorer
@@ -49,7 +49,7 @@ class TargetHouse:
     def __init__(
         self,
         house: str | os.PathLike[str] | FloorPlan,
-        epsilon: Who | Sequence[Who],
+        epsilon: ChildrenLike | Sequence[ChildrenLike],
         task_kwargs: dict[str, Any] | None = None,
         visuals: bool = False,
         **options: Any,

@@ -11,7 +11,7 @@ import gymnasium
 import numpy as np
 
 from caregiver_mj.caregivers.target_observation import Observations
-from caregiver_mj.children.family import Who
+from caregiver_mj.children.child_group import ChildrenLike
 from caregiver_mj.envs.spaces import Seed, check_render_mode, episode_seed, observation_space, plain_seed
 from caregiver_mj.envs.target_grid import TargetGrid
 from caregiver_mj.errors import CaregiverError
@@ -98,7 +98,7 @@ class TargetsEnv(gymnasium.Env):
 def make_targets(
     world: str = "grid",
     house: str | os.PathLike[str] | FloorPlan = "paper",
-    epsilon: Who | Sequence[Who] = 0.5,
+    epsilon: ChildrenLike | Sequence[ChildrenLike] = 0.5,
     *,
     task_kwargs: dict[str, Any] | None = None,
     render_mode: str | None = None,

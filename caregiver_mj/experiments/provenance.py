@@ -16,7 +16,7 @@ from collections.abc import Container, Iterable, Iterator, Mapping
 from typing import Any
 
 from caregiver_mj.caregivers.registry import find_caregiver
-from caregiver_mj.children.family import CHILDREN, ChildSpec, Family
+from caregiver_mj.children.child_group import CHILDREN, ChildGroup, ChildSpec
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.tasks import TASKS
 
@@ -32,7 +32,7 @@ _SHOW = frozenset(("cli", "viz"))  # rooms that ask for episodes, and show what 
 _LIBRARIES = ("numpy", "mujoco", "dm_control", "mink", "ruckig")
 
 
-def origins(caregivers: Iterable[str], families: Iterable[Family], embodiment: str | None = None) -> dict[str, str]:
+def origins(caregivers: Iterable[str], families: Iterable[ChildGroup], embodiment: str | None = None) -> dict[str, str]:
     """Return where the code of others comes from that episodes depend on, by what it is: see `origin`.
 
     The caregivers are names, as `find_caregiver` takes them; in the grid the embodiment is None.

@@ -13,7 +13,7 @@ import numpy as np
 
 from caregiver_mj.caregivers.answers import ReplayedCaregiver, kept, packed, replayed, unpacked
 from caregiver_mj.caregivers.registry import find_caregiver, make_caregiver
-from caregiver_mj.children.family import side_by_side
+from caregiver_mj.children.child_group import side_by_side
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.errors import CaregiverError

@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from caregiver_mj import tasks
-from caregiver_mj.children.family import ChildSpec, Family, parts_of
+from caregiver_mj.children.child_group import ChildGroup, ChildSpec, parts_of
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS, RandomStream
 from caregiver_mj.grid.world import BareTablesWorld, GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -99,7 +99,7 @@ class Scorer:
         family: The children.
     """
 
-    def __init__(self, plan: FloorPlan, family: Family):
+    def __init__(self, plan: FloorPlan, family: ChildGroup):
         self.plan, self.family = plan, family
 
     def __call__(self, timestep: int, outcome: Mapping[str, Any]) -> np.ndarray:
@@ -120,7 +120,7 @@ class Scorer:
         return Expected(*np.repeat(curves.transpose(1, 2, 0), sizes, axis=2))
 
 
-def expected_damage(plan: FloorPlan, family: Family) -> Expected:
+def expected_damage(plan: FloorPlan, family: ChildGroup) -> Expected:
     """Return the mean damage to a family without a caregiver, and that of bare tables only, of each (201,).
 
     It is worked out once in a process for children by name. A child of your own class is copied first, for it may be in
@@ -135,7 +135,7 @@ def expected_damage(plan: FloorPlan, family: Family) -> Expected:
         return Expected(*np.full((2, EPISODE_TIMESTEPS + 1), np.nan))
 
 
-def _simulated(plan: FloorPlan, family: Family) -> Expected:
+def _simulated(plan: FloorPlan, family: ChildGroup) -> Expected:
     worlds = GridWorld(plan, family, None), BareTablesWorld(plan, family)
     return Expected(*(_curve(world, len(family)) for world in worlds))
 
@@ -155,7 +155,7 @@ def _curve(world: GridWorld, children: int) -> np.ndarray:
 
 @functools.lru_cache(maxsize=2)  # they take as long as the episodes
 def _streams(children: int) -> Sequence[Sequence[RandomStream]]:
-    return [RandomStream.draw_family(np.random.RandomState(seed), children) for seed in range(EPISODES)]
+    return [RandomStream.draw_group(np.random.RandomState(seed), children) for seed in range(EPISODES)]
 
 
 @functools.wraps(tasks.load)

@@ -11,7 +11,7 @@ from typing import Any
 
 from caregiver_mj.caregivers.server import SCHEMES, Queries
 from caregiver_mj.children.behaviour import Behaviour
-from caregiver_mj.children.family import CHILDREN, ChildSpec, Family
+from caregiver_mj.children.child_group import CHILDREN, ChildGroup, ChildSpec
 from caregiver_mj.danger import child_model
 from caregiver_mj.errors import CaregiverError, check_integer, check_kind
 from caregiver_mj.experiments.provenance import origins, source_digest, versions
@@ -44,8 +44,8 @@ class Settings(Conditions):
     #: names of caregivers or policies, as `find_caregiver` takes them, and BARE_TABLES, the baseline with bare tables
     #: only. It has no caregiver, so both worlds compute it in the grid
     caregivers: tuple[str, ...] = ("none", "expected-danger")
-    #: the children; each may be given as `Family.of` takes it, such as by an epsilon
-    families: tuple[Family, ...] = tuple(map(Family.of, EPSILONS))
+    #: the children; each may be given as `ChildGroup.of` takes it, such as by an epsilon
+    families: tuple[ChildGroup, ...] = tuple(map(ChildGroup.of, EPSILONS))
     episodes: int = 20  #: episodes for each caregiver and family
     seed: int = 0  #: seed of the episodes, and of what is random in the caregivers
     #: what the houses are called together, such as "test-100"; nothing if by their names
@@ -53,13 +53,13 @@ class Settings(Conditions):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        alone = isinstance(self.families, (str, Real, Family, ChildSpec, Behaviour))
+        alone = isinstance(self.families, (str, Real, ChildGroup, ChildSpec, Behaviour))
         counts = {name: getattr(self, name) for name in ("episodes", "seed")}
         caregivers = (self.caregivers,) if isinstance(self.caregivers, str) else tuple(self.caregivers)
         vars(self).update(
             plans=(self.plans,) if isinstance(self.plans, FloorPlan) else tuple(self.plans),
             caregivers=caregivers,
-            families=tuple(map(Family.of, (self.families,) if alone else self.families)),
+            families=tuple(map(ChildGroup.of, (self.families,) if alone else self.families)),
             queries=self.queries.for_caregivers(caregivers),
             **{name: int(count) if isinstance(count, Integral) else count for name, count in counts.items()},
         )
@@ -89,7 +89,7 @@ class Settings(Conditions):
         found = cls(
             tuple(plan_of_record(plan, damage) for plan in record["plans"]),
             caregivers=tuple(record["caregivers"]),
-            families=tuple(map(Family.named, record["families"])),
+            families=tuple(map(ChildGroup.named, record["families"])),
             **{key: record[key] for key in ("world", "episodes", "seed", "houses")},
             **cls.of_shared_record(record),
         )
@@ -200,7 +200,7 @@ class Settings(Conditions):
         asked = {f"caregiver {name}": how for name in caregivers if name.startswith(SCHEMES)}
         return origins(caregivers, self.families, self.embodiment if self.world == "house" else None) | asked
 
-    def spec(self, plan: FloorPlan, family: Family, caregiver: str, number: int = 0) -> EpisodeSpec:
+    def spec(self, plan: FloorPlan, family: ChildGroup, caregiver: str, number: int = 0) -> EpisodeSpec:
         """Return an episode of it."""
         return EpisodeSpec(plan, family, caregiver, number, **{field: getattr(self, field) for field in _COMMON})
 
@@ -243,7 +243,7 @@ class Block:
 
     house: str
     caregiver: str
-    families: tuple[Family, ...]
+    families: tuple[ChildGroup, ...]
     first: int
     end: int
 
@@ -262,8 +262,8 @@ class Block:
         return f"{house}{self.caregiver}_epsilon_{families}_episode_{episodes}"
 
 
-def _alike(families: tuple[Family, ...]) -> list[tuple[Family, ...]]:
-    groups: list[tuple[Family, ...]] = []
+def _alike(families: tuple[ChildGroup, ...]) -> list[tuple[ChildGroup, ...]]:
+    groups: list[tuple[ChildGroup, ...]] = []
     for _, alike in itertools.groupby(sorted(families, key=len), key=len):
         found = tuple(alike)
         groups += [found[first : first + _MOST_FAMILIES] for first in range(0, len(found), _MOST_FAMILIES)]

@@ -16,7 +16,7 @@ import numpy as np
 
 from caregiver_mj.caregivers.registry import CAREGIVERS, RULE, find_caregiver, is_caregiver
 from caregiver_mj.caregivers.server import Queries
-from caregiver_mj.children.family import ChildSpec, Family
+from caregiver_mj.children.child_group import ChildGroup, ChildSpec
 from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.errors import CaregiverError, check_integer, check_kind
 from caregiver_mj.outside import plain
@@ -98,7 +98,7 @@ class Conditions:
         return found
 
     def check_episodes(
-        self, world: str, plans: Sequence[FloorPlan], families: Sequence[Family], caregivers: Sequence[str]
+        self, world: str, plans: Sequence[FloorPlan], families: Sequence[ChildGroup], caregivers: Sequence[str]
     ) -> None:
         """Raise CaregiverError unless every caregiver can act with each family in every house."""
         self.check_world(world)
@@ -122,7 +122,7 @@ class Conditions:
             raise CaregiverError(f"no world '{world}': there are {', '.join(WORLDS)}")
 
     def _check_house(
-        self, world: str, plans: Sequence[FloorPlan], families: Sequence[Family], caregivers: Sequence[str]
+        self, world: str, plans: Sequence[FloorPlan], families: Sequence[ChildGroup], caregivers: Sequence[str]
     ) -> None:
         """Raise CaregiverError unless what only the house knows can be run."""
         if world == "grid" and self.embodiment == DEFAULT:
@@ -156,7 +156,7 @@ class EpisodeSpec(Conditions):
     """
 
     plan: FloorPlan  #: the house, with what a collision costs; or its name or file
-    family: Family = dataclasses.field(default_factory=Family)  #: the children, as `Family.of` takes them
+    family: ChildGroup = dataclasses.field(default_factory=ChildGroup)  #: the children, as `ChildGroup.of` takes them
     #: name of the caregiver or policy, as `find_caregiver` takes it, or BARE_TABLES, or, to record, `random-actions`
     caregiver: str = RULE[0]
     #: its number in the run of the seed; None if the seed is that of a single episode, as in the column `seed`
@@ -170,7 +170,7 @@ class EpisodeSpec(Conditions):
         check_kind("caregiver", self.caregiver, str)
         vars(self).update(
             plan=FloorPlan.load(plan) if isinstance(plan, (str, os.PathLike)) else plan,
-            family=self.family if isinstance(self.family, Family) else Family.of(self.family),
+            family=self.family if isinstance(self.family, ChildGroup) else ChildGroup.of(self.family),
             queries=self.queries.for_caregivers([self.caregiver]),
             seed=int(self.seed) if isinstance(self.seed, Integral) else self.seed,
         )
@@ -245,7 +245,7 @@ class EpisodeSpec(Conditions):
             check_integer("episode", record["episode"], 0)
         return cls(
             plan_of_record(record["plan"], DamageWeights.of(record["damage"])),
-            Family.named(record["family"]),
+            ChildGroup.named(record["family"]),
             **{name: record[name] for name in ("caregiver", "episode", "world", "seed")},
             **cls.of_shared_record(record),
         )
@@ -306,4 +306,4 @@ def episode_random(seed: int) -> np.random.RandomState:
 
 def episode_streams(seed: int, children: int) -> tuple[RandomStream, ...]:
     """Return what is drawn of it first in both worlds: the chance of the children."""
-    return RandomStream.draw_family(episode_random(seed), children)
+    return RandomStream.draw_group(episode_random(seed), children)

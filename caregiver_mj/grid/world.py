@@ -24,7 +24,7 @@ from caregiver_mj.caregivers.caregiver import Caregiver, answer, starting_tables
 from caregiver_mj.caregivers.percept import PAPER, Pace, Percept
 from caregiver_mj.caregivers.privileged import Future, PrivilegedCaregiver, Truth
 from caregiver_mj.children.behaviour import ChildPercept
-from caregiver_mj.children.family import Family
+from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.children.random_stream import Random, RandomStream, start_cells
 from caregiver_mj.children.rules import DENIED, MoveRules, denied
 from caregiver_mj.errors import CaregiverError, check_integer, check_kind
@@ -57,7 +57,7 @@ class GridWorld(GridState, Rollout):
     def __init__(
         self,
         plan: FloorPlan,
-        family: Family | float | str,
+        family: ChildGroup | float | str,
         caregiver: Caregiver | None,
         *,
         caregiver_actions: int = CAREGIVER_ACTIONS,
@@ -67,7 +67,7 @@ class GridWorld(GridState, Rollout):
 
         Args:
             plan: The house.
-            family: The children, as `Family.of` takes them.
+            family: The children, as `ChildGroup.of` takes them.
             caregiver: Who protects them, or None.
             caregiver_actions: How many actions the caregiver has in a novice timestep.
             sight: What the caregiver sees, as `plans.visibility.Sight.of` takes it.
@@ -87,7 +87,7 @@ class GridWorld(GridState, Rollout):
         self.plan = plan
         self.timestep, self._draws = 0, np.zeros((0, 0, 0, 3))  # of no episode
         self.eyes: GridEyes | None = None
-        self.behaviours = list(Family.of(family).make(plan))
+        self.behaviours = list(ChildGroup.of(family).make(plan))
         self.caregiver = caregiver
         self._caregiver_actions = caregiver_actions
         self._rules = MoveRules(plan)
@@ -309,13 +309,13 @@ class GridWorld(GridState, Rollout):
 
 def run_episodes(
     plan: FloorPlan,
-    family: Family | float | str,
+    family: ChildGroup | float | str,
     caregiver: Caregiver | None,
     seeds: Sequence[Random],
 ) -> Ledger:
     """Run one episode for every seed, or source of randomness, as `random_state` takes them."""
-    family = Family.of(family)
-    streams = [RandomStream.draw_family(seed, len(family)) for seed in seeds]
+    family = ChildGroup.of(family)
+    streams = [RandomStream.draw_group(seed, len(family)) for seed in seeds]
     return GridWorld(plan, family, caregiver).run(streams)
 
 
@@ -327,7 +327,7 @@ class BareTablesWorld(GridWorld):
     table, which nothing tells it to do.
     """
 
-    def __init__(self, plan: FloorPlan, family: Family | float | str):
+    def __init__(self, plan: FloorPlan, family: ChildGroup | float | str):
         super().__init__(plan, family, None)
 
     def reset(self, streams: Sequence[Sequence[RandomStream]]) -> None:

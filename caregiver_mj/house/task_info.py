@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from caregiver_mj.caregivers.privileged import Truth
-from caregiver_mj.children.family import Family
+from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.house.sensing import Sensing
 from caregiver_mj.interventions.verb import Intervention
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -21,7 +21,7 @@ class TaskInfo:
     """What a policy may know of a task beside its observations."""
 
     plan: FloorPlan  # the house
-    family: Family  # who the children are
+    family: ChildGroup  # who the children are
     embodiment: Embodiment | None  # the robot; None if there is none
     sensing: Sensing  # how well observations show what there is
     sight: Sight  # which children they show

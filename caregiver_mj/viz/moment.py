@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from caregiver_mj.children.family import Family
+from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.interventions.verb import Mark, verb_of
 from caregiver_mj.plans import layout
@@ -84,7 +84,7 @@ def hud_state(
     task: CareTask,
     policy: CaregiverPolicy | OwnPolicy | None,
     observation: Observation,
-    family: Family,
+    family: ChildGroup,
     trails: Sequence[np.ndarray],
     physics: Physics,
 ) -> HudState:
@@ -128,7 +128,7 @@ def hud_state(
     )
 
 
-def grid_state(world: GridWorld, family: Family, number: int = 0) -> HudState:
+def grid_state(world: GridWorld, family: ChildGroup, number: int = 0) -> HudState:
     """Return what the display shows of one of the grid's episodes, by its number."""
     plan, intervention = world.plan, world.orders[number]
     caregiver = plan.position(plan.caregiver_cells[world.caregiver_cell[number]]) if world.caregiver else None

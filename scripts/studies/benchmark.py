@@ -23,7 +23,7 @@ import pandas as pd
 
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
-from caregiver_mj.children.family import Family
+from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.experiments.workers import run_jobs
 from caregiver_mj.grid.world import GridWorld
@@ -418,7 +418,7 @@ def grown(job: tuple[int, int, int, float]) -> Row:
     with step.of(scene.env, "step"), physics.of(scene.env.physics, "step"):
         scene.play(act.around(scene.policy))
     plan = FloorPlan.load(house)
-    world = GridWorld(plan, Family.of([EPSILON] * children), PaperCaregiver(plan))
+    world = GridWorld(plan, ChildGroup.of([EPSILON] * children), PaperCaregiver(plan))
     world.reset(streams(_GROWN_BATCH, children=children))
     for _ in range(_GROWN_TIMESTEPS):
         grid.around(world.step)()

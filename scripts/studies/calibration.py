@@ -22,7 +22,7 @@ from matplotlib.lines import Line2D
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.children.family import CHILDREN, NOVICE, Family, side_by_side
+from caregiver_mj.children.child_group import CHILDREN, NOVICE, ChildGroup, side_by_side
 from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.children.toddler import SHARE_OF_TIME_WALKING
 from caregiver_mj.danger.belief import Belief
@@ -84,7 +84,7 @@ def run(options: argparse.Namespace) -> Page:
 
 
 def families() -> tuple[str, ...]:
-    """All children, as `Family.parse` takes them: novices, the most random first, then every other behaviour."""
+    """All children, as `ChildGroup.parse` takes them: novices, the most random first, then every other behaviour."""
     novices = sorted((*MODELLED, *BETWEEN), key=float, reverse=True)
     others = [[_WITHOUT[name]] if name in _WITHOUT else [f"{name}:{share:g}" for share in _SHARES]
               for name in CHILDREN if name != NOVICE]  # fmt: skip
@@ -154,7 +154,7 @@ class Watched:
 
 def watch_children(
     plan: FloorPlan,
-    children: Sequence[Family],
+    children: Sequence[ChildGroup],
     chance: Sequence[Sequence[RandomStream]],
     horizons: Sequence[int],
     caregiver: Caregiver | None = None,
@@ -217,7 +217,7 @@ def tally_house(house: House) -> pd.DataFrame:
     parts = []
     for company in (False, True):
         names = [name for name in families() if has_company(name) == company]
-        children = [Family.parse(name) for name in names]
+        children = [ChildGroup.parse(name) for name in names]
         beside = Bystander(house.plan) if company else None
         watched = watch_children(house.plan, children, streams(house.episodes, house.seed), HORIZONS, beside)
         parts.append(tally(watched, questions_of(house.plan)[0], names, house.episodes))

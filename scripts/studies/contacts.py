@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from caregiver_mj.children.family import Family
+from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.spec import episode_random, episode_seed
 from caregiver_mj.experiments.workers import run_jobs
@@ -190,9 +190,9 @@ def supervise(audited: frozenset[Job], job: Job) -> dict[str, Any]:
     (plan,) = houses_named([job.house])
     sensing = json.loads(job.sensing) if job.sensing else None
     kwargs = {"compliant_children": job.compliant, "embodiment": job.embodiment, "sensing": sensing}
-    env = load("supervise", plan, Family.parse(job.family), episode_random(0), task_kwargs=kwargs, visuals=False)
+    env = load("supervise", plan, ChildGroup.parse(job.family), episode_random(0), task_kwargs=kwargs, visuals=False)
     policy, seed, longest = CaregiverPolicy(env, job.caregiver), episode_seed(0, job.episode), Longest()
-    presses = Presses(len(Family.parse(job.family)))
+    presses = Presses(len(ChildGroup.parse(job.family)))
     env.task.reseed(episode_random(seed))
     start, timestep, pushed = time.process_time(), env.reset(), 0
     with Recorder(env) if job in audited else contextlib.nullcontext() as recorder:
@@ -214,7 +214,7 @@ def episodes_of(options: argparse.Namespace) -> pd.DataFrame:
     if options.run:
         return read_episodes(options.run, options.caregiver)
     houses = [plan.name for plan in houses_named(options.houses)]
-    families = [str(Family.parse(family)) for family in options.epsilon]
+    families = [str(ChildGroup.parse(family)) for family in options.epsilon]
     jobs = [
         Job(robot, options.caregiver, options.compliant, house, family, episode, options.sensing)
         for robot in options.embodiment

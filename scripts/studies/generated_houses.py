@@ -23,7 +23,7 @@ from rich.console import Console
 
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.percept import Percept, bare_tables
-from caregiver_mj.children.family import Family
+from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.experiments.settings import EPSILONS
 from caregiver_mj.experiments.spec import episode_random
@@ -108,7 +108,7 @@ def live_in(seed: int, minutes: float) -> dict[str, Any]:
 
 def _play(plan: FloorPlan, epsilon: float, random: np.random.RandomState, tour: Tour | None = None) -> Any:
     """Run an episode, or a tour to its end; return its environment."""
-    env = load("supervise", plan, Family.of(epsilon), random)
+    env = load("supervise", plan, ChildGroup.of(epsilon), random)
     policy = CaregiverPolicy(env, tour) if tour else CaregiverPolicy(env)
     timestep = env.reset()
     while not timestep.last():

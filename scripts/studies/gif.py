@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 from PIL import Image
 
-from caregiver_mj.children.family import Family
+from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz.episode import Episode
@@ -56,7 +56,7 @@ def add_options(parser: Parser) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Film, and write the picture."""
-    family, plan = Family.parse(options.epsilon), FloorPlan.load(options.house)
+    family, plan = ChildGroup.parse(options.epsilon), FloorPlan.load(options.house)
     plan = dataclasses.replace(plan, name="-".join(plan.name.split("-")[:2]))  # there is no room for more
     episode = Episode(EpisodeSpec(plan, family, options.caregiver, seed=options.seed))
     with contextlib.closing(episode.env):

@@ -19,7 +19,7 @@ from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.foresight.value_table import candles_at_a_time
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.children.family import Family
+from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import two_level
 from caregiver_mj.experiments.evaluation import evaluate
@@ -118,7 +118,7 @@ class Job(NamedTuple):
 def damage(job: Job) -> dict[str, list[float]]:
     """Return the damage to all children in turn, by caregiver: of each episode number, added up over the families."""
     plans = houses_named([job.house], DamageWeights.of(job.weights or DamageWeights()))
-    settings = Settings(plans, "grid", job.caregivers, tuple(map(Family.of, job.families)), job.episodes)
+    settings = Settings(plans, "grid", job.caregivers, tuple(map(ChildGroup.of, job.families)), job.episodes)
     found = evaluate(settings).episodes.groupby(["caregiver", "episode"]).damage.sum()
     return {name: found[name].tolist() for name in job.caregivers}
 

@@ -20,7 +20,7 @@ from matplotlib.ticker import MaxNLocator
 
 from caregiver_mj.caregivers.registry import CAREGIVERS, make_caregiver
 from caregiver_mj.children.behaviour import Behaviour, ChildPercept
-from caregiver_mj.children.family import Family
+from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import two_level
@@ -154,8 +154,8 @@ def live(job: Job) -> dict[str, Any]:
     """
     plan = FloorPlan.load(job.house)
     learner = Learner(plan, job.epsilon, np.repeat([False, True], job.learners))
-    guarded = GridWorld(plan, Family((learner,)), make_caregiver(job.caregiver, plan, job.seed))
-    alone = GridWorld(plan, Family((learner,)), None)
+    guarded = GridWorld(plan, ChildGroup((learner,)), make_caregiver(job.caregiver, plan, job.seed))
+    alone = GridWorld(plan, ChildGroup((learner,)), None)
     _, target, index = plan.graph.moves
     # Which moves lead into a stairwell, or into a table on which a candle stands at first, (free cells, 4).
     dangerous = (target == Target.STAIRWELL) | ((target == Target.TABLE) & np.isin(index, plan.candle_tables))

@@ -20,7 +20,7 @@ from scipy.sparse import coo_array, csr_array
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.foresight.value_table import OBJECTIVE, Objective
 from caregiver_mj.caregivers.registry import make_caregiver
-from caregiver_mj.children.family import Family, side_by_side
+from caregiver_mj.children.child_group import ChildGroup, side_by_side
 from caregiver_mj.children.novice import Novice
 from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.experiments import two_level
@@ -88,8 +88,8 @@ def costs(job: Job) -> pd.DataFrame:
 
 def begin(plan: FloorPlan, epsilons: Sequence[float], caregiver: Caregiver | None, episodes: int) -> GridWorld:
     """Return the beginning of as many episodes with each epsilon: the same ones for all caregivers."""
-    world = GridWorld(plan, side_by_side(plan, [Family.of(one) for one in epsilons], episodes), caregiver)
-    streams = [RandomStream.draw_family(np.random.RandomState(seed), 1, TIMESTEPS) for seed in range(episodes)]
+    world = GridWorld(plan, side_by_side(plan, [ChildGroup.of(one) for one in epsilons], episodes), caregiver)
+    streams = [RandomStream.draw_group(np.random.RandomState(seed), 1, TIMESTEPS) for seed in range(episodes)]
     world.reset(streams * len(epsilons))
     return world
 

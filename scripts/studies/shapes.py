@@ -21,7 +21,7 @@ from scipy import stats
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.percept import Pace
 from caregiver_mj.caregivers.registry import make_caregiver
-from caregiver_mj.children.family import Family
+from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.children.walk import novice_timestep
 from caregiver_mj.errors import CaregiverError, check_integer
@@ -83,7 +83,7 @@ class SlowedGrid(GridWorld):
     is over. After every move of the child it thinks again, and sets off anew if it then wants something else.
     """
 
-    def __init__(self, plan: FloorPlan, family: Family, caregiver: Caregiver, pace: Pace, separates: bool = True):
+    def __init__(self, plan: FloorPlan, family: ChildGroup, caregiver: Caregiver, pace: Pace, separates: bool = True):
         """Prepare episodes.
 
         Args:
@@ -174,8 +174,8 @@ def slowed(job: tuple[str, str, str, int, bool, str]) -> float:
     (plan,) = houses_named([house])
     caregiver = make_caregiver(name, plan)
     assert caregiver is not None  # it is not "none"
-    world = SlowedGrid(plan, Family.of(child), caregiver, pace_of(plan, robot), separates)
-    return float(world.run([RandomStream.draw_family(np.random.RandomState(seed), 1)]).damage[0])
+    world = SlowedGrid(plan, ChildGroup.of(child), caregiver, pace_of(plan, robot), separates)
+    return float(world.run([RandomStream.draw_group(np.random.RandomState(seed), 1)]).damage[0])
 
 
 def run_slowed(house: pd.DataFrame, settings: Settings, episodes: int, jobs: int) -> pd.DataFrame:

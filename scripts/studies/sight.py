@@ -21,7 +21,7 @@ from matplotlib.figure import Figure
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.caregivers.registry import make_caregiver
-from caregiver_mj.children.family import Family
+from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.cli import main as caregiver_mj_command
 from caregiver_mj.danger.child_model import CHANGE, child_chain
 from caregiver_mj.danger.tracker import Tracker
@@ -196,7 +196,7 @@ def believed(job: Job) -> dict[str, Any]:
     run_in_grid(
         lambda plan, family: GridWorld(plan, family, make_caregiver("foresight", plan), sight=job.sight),
         job.house,
-        [Family.of(job.child)],
+        [ChildGroup.of(job.child)],
         job.episodes,
         look=look,
     )

@@ -119,6 +119,6 @@ def test_what_is_nearest_to_the_caregiver_is_first_wherever_the_child_is(cell, f
 
 def test_everything_that_can_be_put_right_is_when_nobody_is_about():
     world = GridWorld(HOME, "0.05", make_caregiver("nearest-first", HOME))
-    world.run([RandomStream.draw_family(np.random.RandomState(seed), 1) for seed in range(5)])
+    world.run([RandomStream.draw_group(np.random.RandomState(seed), 1) for seed in range(5)])
     assert (world.state[:, [0, 2]] != 0).all()
     assert (world.candle_table != HOME.candle_tables[0]).all()

@@ -18,7 +18,7 @@ ROOM = FloorPlan.parse("##########\n#B......T#\n#........#\n#........#\n#.C.....
 def test_who_follows_is_found_out_and_led_away(maker, child):
     caregiver = maker(ROOM)
     world = GridWorld(ROOM, child, caregiver)
-    world.reset([RandomStream.draw_family(np.random.RandomState(seed), 1) for seed in range(10)])
+    world.reset([RandomStream.draw_group(np.random.RandomState(seed), 1) for seed in range(10)])
     for _ in range(60):
         world.step()
     follows = child == "seeker:0"

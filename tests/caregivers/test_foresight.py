@@ -23,7 +23,7 @@ from caregiver_mj.caregivers.foresight.value_table import (
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Pace, Percept
 from caregiver_mj.caregivers.privileged import PrivilegedCaregiver, Truth
-from caregiver_mj.children.family import Family, side_by_side
+from caregiver_mj.children.child_group import ChildGroup, side_by_side
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS, RandomStream
 from caregiver_mj.danger.child_model import EPSILONS, child_chain
 from caregiver_mj.grid.world import GridWorld, run_episodes
@@ -86,7 +86,7 @@ ONLY_TOYS = """
 
 
 def streams(count, children=1, timesteps=EPISODE_TIMESTEPS):
-    return [RandomStream.draw_family(np.random.RandomState(seed), children, timesteps) for seed in range(count)]
+    return [RandomStream.draw_group(np.random.RandomState(seed), children, timesteps) for seed in range(count)]
 
 
 def percept(plan, child, caregiver, candle_table=None):
@@ -451,7 +451,7 @@ class TestPrivilegedCaregivers:
 
         plan = FloorPlan.load("paper")
         caregiver = Listener(plan)
-        children = side_by_side(plan, [Family.of(0.25), Family.of(1.0)], 2)
+        children = side_by_side(plan, [ChildGroup.of(0.25), ChildGroup.of(1.0)], 2)
         world = GridWorld(plan, children, caregiver)
         world.reset(streams(4))
         world.step()

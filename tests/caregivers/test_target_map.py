@@ -121,7 +121,7 @@ def test_a_larger_graph_has_nodes_that_are_not_there():
 def test_of_a_child_that_is_not_seen_it_has_what_is_believed():
     caregiver = CommandedCaregiver(FloorPlan.load("paper"))
     world = GridWorld(caregiver.plan, "1", caregiver, sight="walls")
-    world.reset([RandomStream.draw_family(np.random.RandomState(seed), 1) for seed in range(20)])
+    world.reset([RandomStream.draw_group(np.random.RandomState(seed), 1) for seed in range(20)])
     world.step()
     encoder = Encoder(caregiver, 1, "map")
     child = encoder.look(world.percept())[0]["map"][:, encoder.map.planes.index("child_1")].reshape(20, -1)

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from random_plans import plan_texts
 
 from caregiver_mj.children.behaviour import ChildPercept
+from caregiver_mj.children.child_group import CHILDREN, ChildGroup
 from caregiver_mj.children.explorer import Explorer
-from caregiver_mj.children.family import CHILDREN, Family
 from caregiver_mj.children.novice import Novice
 from caregiver_mj.children.random_stream import pick
 from caregiver_mj.children.robot_related import Adversary, Avoider, Seeker
@@ -206,7 +206,7 @@ def test_a_child_moves_by_its_own_draws_whoever_else_there_is(name, text, epsilo
     caregiver = pick(random.random((timesteps, batch)), len(plan.caregiver_cells))
 
     def moves(which):
-        child = Family.of(f"{name}:{epsilon}").children[0].make(plan)
+        child = ChildGroup.of(f"{name}:{epsilon}").children[0].make(plan)
         child.reset(len(which))
         cell, taken = start[which], []
         for t in range(timesteps):

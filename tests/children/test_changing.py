@@ -6,7 +6,7 @@ import pytest
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.children.behaviour import ChildPercept
 from caregiver_mj.children.changing import SWITCH, Drifter, Waverer
-from caregiver_mj.children.family import Family, side_by_side
+from caregiver_mj.children.child_group import ChildGroup, side_by_side
 from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -17,7 +17,7 @@ SIGHT = ChildPercept(np.zeros(2, int), np.zeros(2, int), np.full(2, NOTHING), np
 
 
 def streams(count):
-    return [RandomStream.draw_family(np.random.RandomState(seed), 1) for seed in range(count)]
+    return [RandomStream.draw_group(np.random.RandomState(seed), 1) for seed in range(count)]
 
 
 def course(child, timesteps, third=0.0):
@@ -65,7 +65,7 @@ def test_the_switcher_wants_one_half_of_the_bins_and_then_the_other():
 
 def test_side_by_side_they_change_as_by_themselves():
     names = ("switcher:0.25", "drifter:0.4", "waverer:0.4")
-    families = [Family.of(name) for name in names]
+    families = [ChildGroup.of(name) for name in names]
     caregiver = PaperCaregiver(PLAN)
     together = GridWorld(PLAN, side_by_side(PLAN, families, 2), caregiver).run(streams(2) * 3)
     for i, name in enumerate(names):

@@ -37,20 +37,20 @@ def test_the_first_child_has_the_stream_of_an_only_child_and_takes_as_much_of_th
     alone = random(5)
     only = RandomStream.draw(alone)
     for children in (1, 2, 4):
-        streams = RandomStream.draw_family(random(5), children)
+        streams = RandomStream.draw_group(random(5), children)
         assert len(streams) == children
         assert same(streams[0], only)
     # What comes after it from the same source does not depend on how many children there are.
     after = []
     for children in (1, 2, 4):
         source = random(5)
-        RandomStream.draw_family(source, children)
+        RandomStream.draw_group(source, children)
         after.append(source.random_sample(5).tolist())
     assert after[0] == after[1] == after[2] == alone.random_sample(5).tolist()
 
 
 def test_each_child_has_chance_of_its_own_that_does_not_depend_on_how_many_there_are():
-    two, four = (RandomStream.draw_family(random(5), children) for children in (2, 4))
+    two, four = (RandomStream.draw_group(random(5), children) for children in (2, 4))
     assert same(two[1], four[1])
     for one, other in itertools.combinations(four, 2):
         assert not (one.steps == other.steps).any()
@@ -98,4 +98,4 @@ def test_a_stream_is_drawn_by_a_random_state_or_a_generator():
     one, other = (make(np.random.MT19937(3)) for make in (np.random.RandomState, np.random.Generator))
     np.testing.assert_array_equal(RandomStream.draw(one).steps, RandomStream.draw(other).steps)
     with pytest.raises(CaregiverError, match="the seed of an episode must be an integer"):
-        RandomStream.draw_family("0", 1)
+        RandomStream.draw_group("0", 1)

@@ -14,7 +14,7 @@ import tables
 from PIL import Image
 
 from caregiver_mj.caregivers.registry import CAREGIVERS, PLAYERS
-from caregiver_mj.children.family import CHILDREN
+from caregiver_mj.children.child_group import CHILDREN
 from caregiver_mj.experiments.spec import BARE_TABLES
 from caregiver_mj.interventions.verb import VERBS
 from caregiver_mj.plans.sets import house_set

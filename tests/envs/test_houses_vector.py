@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from caregiver_mj.children.family import Family, side_by_side
+from caregiver_mj.children.child_group import ChildGroup, side_by_side
 from caregiver_mj.envs.houses_vector import GridHousesVector
 from caregiver_mj.envs.target_grid import GridTargetsVector
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -27,7 +27,7 @@ def test_it_is_the_houses_side_by_side(observation):
         GridTargetsVector(
             4,
             house=plan,
-            epsilon=side_by_side(plan, [*map(Family.of, families)], 2),
+            epsilon=side_by_side(plan, [*map(ChildGroup.of, families)], 2),
             observation=observation,
             slots=(2, 2),
             shape=(5, 8),

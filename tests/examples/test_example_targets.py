@@ -7,7 +7,7 @@ from targets_vector import EARLIER, Remembering
 
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.registry import make_caregiver
-from caregiver_mj.children.family import Family, side_by_side
+from caregiver_mj.children.child_group import ChildGroup, side_by_side
 from caregiver_mj.envs.houses_vector import GridHousesVector
 from caregiver_mj.experiments.settings import EPSILONS
 from caregiver_mj.experiments.spec import episode_seed
@@ -42,7 +42,7 @@ def test_policies_are_judged_on_the_episodes_of_evaluate():
     assert rows.caregiver.unique().tolist() == ["nothing", "again", RULE]
     assert len(rows) == 3 * len(EPSILONS) * 2
     idle = CommandedCaregiver(PLAN)
-    children = side_by_side(PLAN, [Family.of(epsilon) for epsilon in EPSILONS], 2)
+    children = side_by_side(PLAN, [ChildGroup.of(epsilon) for epsilon in EPSILONS], 2)
     seeds = [episode_seed(0, episode) for episode in (0, 1)] * len(EPSILONS)
     wanted = run_episodes(PLAN, children, idle, seeds).damage
     assert wanted.any()

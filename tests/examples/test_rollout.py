@@ -111,7 +111,7 @@ def test_gates_and_several_children_are_refused(plan):
 
 def test_it_is_judged_and_what_is_kept_is_not_judged_again(tmp_path, monkeypatch, capsys):
     (tmp_path / "tiny.txt").write_text(HOUSE)
-    brief = RandomStream.draw_family(np.random.RandomState(0), 1, 6)
+    brief = RandomStream.draw_group(np.random.RandomState(0), 1, 6)
     monkeypatch.setattr(judge_rollout, "episode_streams", lambda seed, children: brief)
     asked = ["--houses", str(tmp_path / "tiny.txt"), "--sights", "walls", "--epsilons", ".75", "--episodes", "1"]
     monkeypatch.setattr("sys.argv", ["judge", *asked, "--jobs", "1", "--out", str(tmp_path / "out")])

@@ -15,7 +15,7 @@ import psutil
 import pytest
 from comparing import comparable, rows, same, without_times
 
-from caregiver_mj.children.family import Family
+from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.experiments import workers
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.run_folder import RunFolder
@@ -173,7 +173,7 @@ def _where(block):
 
 
 def test_a_worker_goes_on_with_the_house_that_it_knows():
-    novice = (Family.of(0.5),)
+    novice = (ChildGroup.of(0.5),)
     blocks = [Block(house, who, novice, 0, 1) for house in "abcdef" for who in ("none", "guard", "foresight")]
     done = list(workers.run_jobs(_where, blocks, 2))
     assert {block for block, _ in done} == set(blocks)

@@ -7,7 +7,7 @@ import pytest
 import caregiver_mj
 from caregiver_mj import tasks
 from caregiver_mj.children.behaviour import Behaviour
-from caregiver_mj.children.family import Family, parts_of, side_by_side
+from caregiver_mj.children.child_group import ChildGroup, parts_of, side_by_side
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.score import Scorer, expected_damage, robot_harm, score, with_costs
 from caregiver_mj.experiments.settings import Settings
@@ -63,38 +63,38 @@ def test_a_strike_costs_the_lightest_collision_and_a_drop_the_worst_thing_on_a_t
 def test_a_child_of_ones_own_falls_down_the_stairs_in_every_timestep():
     child = West(STAIRS)
     child.moves = 17
-    found = expected_damage(STAIRS, Family.of(child))
+    found = expected_damage(STAIRS, ChildGroup.of(child))
     np.testing.assert_array_equal(found.none, 5.0 * np.arange(201))
     np.testing.assert_array_equal(found.bare_tables, np.zeros(201))
     assert child.moves == 17
-    scorer = Scorer(STAIRS, Family.of(child))
+    scorer = Scorer(STAIRS, ChildGroup.of(child))
     assert scorer(10, measured(25.0)).item() == 0.5
     assert scorer(400, measured(500.0, strikes=100)).item() == pytest.approx(0.7)  # of 2000
 
 
 def test_where_nothing_can_be_prevented_there_is_no_score():
-    assert np.isnan(Scorer(SAFE, Family.of(West(SAFE)))(10, measured(10.0))).all()
-    assert np.isnan(Scorer(PAPER, Family.of(0))(200, measured())).all()  # who bumps into nothing
+    assert np.isnan(Scorer(SAFE, ChildGroup.of(West(SAFE)))(10, measured(10.0))).all()
+    assert np.isnan(Scorer(PAPER, ChildGroup.of(0))(200, measured())).all()  # who bumps into nothing
 
 
 def test_children_that_cannot_be_copied_have_no_score_and_a_warning():
-    scorer = Scorer(STAIRS, Family.of(NoCopy(STAIRS)))
+    scorer = Scorer(STAIRS, ChildGroup.of(NoCopy(STAIRS)))
     with pytest.warns(UserWarning, match="there is no score with children"):
         assert np.isnan(scorer(10, measured())).all()
 
 
 def test_expected_damage_is_that_of_other_episodes():
     damage = run_episodes(PAPER, 0.5, None, range(10_000, 10_500)).damage
-    found = expected_damage(PAPER, Family.of(0.5))
+    found = expected_damage(PAPER, ChildGroup.of(0.5))
     assert found.none[-1] == pytest.approx(damage.mean(), abs=5 * damage.std() / np.sqrt(500))
     assert 0 < found.bare_tables[-1] < 0.3 * found.none[-1]
     assert (np.diff(found.none) >= 0).all()
 
 
 def test_families_side_by_side_have_each_its_own():
-    both = side_by_side(STAIRS, [Family.of(1), Family.of(West(STAIRS))], 2)
+    both = side_by_side(STAIRS, [ChildGroup.of(1), ChildGroup.of(West(STAIRS))], 2)
     assert [size for _, size in parts_of(both)] == [2, 2]
-    alone = [expected_damage(STAIRS, family).none[-1] for family in (Family.of(1), Family.of(West(STAIRS)))]
+    alone = [expected_damage(STAIRS, family).none[-1] for family in (ChildGroup.of(1), ChildGroup.of(West(STAIRS)))]
     np.testing.assert_array_equal(Scorer(STAIRS, both).expected.none[-1], np.repeat(alone, 2))
 
 
@@ -106,7 +106,7 @@ def test_the_front_door_adds_the_score_to_the_outcome():
         for _ in range(5 * 84):
             one.step(np.zeros(one.action_spec().shape))
     outcome = env.task.outcome()
-    alone = expected_damage(STAIRS, Family.of(1)).none[5]
+    alone = expected_damage(STAIRS, ChildGroup.of(1)).none[5]
     assert outcome.pop("score") == pytest.approx((alone - outcome["damage"]) / alone)
     assert outcome == plain.task.outcome()
 

@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from caregiver_mj.children.family import ChildSpec, Family
+from caregiver_mj.children.child_group import ChildGroup, ChildSpec
 from caregiver_mj.children.novice import Novice
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.evaluation import evaluate
@@ -26,7 +26,7 @@ PAPER = FloorPlan.load("paper")
         ({"caregivers": ()}, "caregivers must be at least 1"),
         ({"families": (0.5, 0.5)}, "all different"),
         ({"families": ("1,.5", "1.0,0.50")}, "all different"),
-        ({"families": (Family((ChildSpec(0.5, "angel"),)),)}, "no child 'angel'"),
+        ({"families": (ChildGroup((ChildSpec(0.5, "angel"),)),)}, "no child 'angel'"),
         ({"episodes": 0}, "episodes must be an integer of at least 1, got 0"),
         ({"plans": (PAPER, PAPER)}, "houses must be at least 1, all different"),
         (

@@ -7,7 +7,7 @@ import pytest
 
 from caregiver_mj.caregivers import Caregiver, make_caregiver
 from caregiver_mj.children.behaviour import Behaviour
-from caregiver_mj.children.family import CHILDREN
+from caregiver_mj.children.child_group import CHILDREN
 from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.grid.world import BareTablesWorld, GridWorld, run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -30,7 +30,7 @@ def paper():
 def run_bare_tables(plan, family, seeds):
     """Return the ledger of some episodes."""
     return BareTablesWorld(plan, family).run(
-        [RandomStream.draw_family(np.random.RandomState(seed), 1) for seed in seeds]
+        [RandomStream.draw_group(np.random.RandomState(seed), 1) for seed in seeds]
     )
 
 
@@ -145,7 +145,7 @@ def test_an_episode_with_any_child_is_the_same_alone_and_among_others(child, nam
     caregiver = caregiver_of(name)
     plan = caregiver.plan if caregiver else FloorPlan.load("apartment")
     world = GridWorld(plan, f"{child}:0.6,0.3", caregiver)
-    families = [RandomStream.draw_family(np.random.RandomState(seed), 2, timesteps=50) for seed in (7, 3, 11)]
+    families = [RandomStream.draw_group(np.random.RandomState(seed), 2, timesteps=50) for seed in (7, 3, 11)]
     together = world.run(families)
     alone = world.run(families[:1])
     others = world.run(families[1:])

@@ -17,7 +17,7 @@ from caregiver_mj.plans.visibility import ALL_ROUND
 
 
 def streams(seeds, children=1):
-    return [RandomStream.draw_family(np.random.RandomState(seed), children) for seed in seeds]
+    return [RandomStream.draw_group(np.random.RandomState(seed), children) for seed in seeds]
 
 
 class Watching(PaperCaregiver):

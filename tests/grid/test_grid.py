@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from random_plans import plan_texts, plans_with_things
 
 from caregiver_mj.caregivers import CAREGIVERS, Caregiver, make_caregiver
-from caregiver_mj.children.family import CHILDREN
+from caregiver_mj.children.child_group import CHILDREN
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS, RandomStream
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld, run_episodes
@@ -24,7 +24,7 @@ EPSILONS = (1.0, 0.75, 0.5, 0.25, 0.05)
 
 
 def streams(seeds, timesteps=EPISODE_TIMESTEPS, children=1):
-    return [RandomStream.draw_family(np.random.RandomState(seed), children, timesteps) for seed in seeds]
+    return [RandomStream.draw_group(np.random.RandomState(seed), children, timesteps) for seed in seeds]
 
 
 @pytest.fixture(scope="module")

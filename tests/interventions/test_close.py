@@ -27,7 +27,7 @@ HOUSE = FloorPlan.parse("##########\n#G......B#\n#........#\n#.....C.G#\n#...T.S
 
 
 def streams(episodes, timesteps=200):
-    return [RandomStream.draw_family(np.random.RandomState(seed), 1, timesteps) for seed in range(episodes)]
+    return [RandomStream.draw_group(np.random.RandomState(seed), 1, timesteps) for seed in range(episodes)]
 
 
 def ran(name, epsilon="1", plan=HOUSE, episodes=30):

@@ -51,7 +51,7 @@ def _registered(monkeypatch):
 
 
 def streams(episodes, timesteps):
-    return [RandomStream.draw_family(np.random.RandomState(seed), 1, timesteps) for seed in range(episodes)]
+    return [RandomStream.draw_group(np.random.RandomState(seed), 1, timesteps) for seed in range(episodes)]
 
 
 @pytest.mark.usefixtures("_registered")

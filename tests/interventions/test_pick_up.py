@@ -138,7 +138,7 @@ def test_childproof_closes_gates_and_picks_up_all_there_is():
 def test_in_any_plan_each_is_taken_once_and_none_comes_back(plan_text, name):
     plan = FloorPlan.parse(plan_text)
     world = GridWorld(plan, "1,0.5", None if name == "none" else make_caregiver(name, plan, 0))
-    world.reset([RandomStream.draw_family(np.random.RandomState(seed), 2, 60) for seed in range(4)])
+    world.reset([RandomStream.draw_group(np.random.RandomState(seed), 2, 60) for seed in range(4)])
     assert not np.isin(world.child_cell, plan.floor_cells).any()
     assert not np.isin(world.caregiver_cell, plan.floor_cells).any()
     for _ in range(60):

@@ -59,7 +59,7 @@ seen = {{}}
 for name in ("none", "paper", "foresight", "wanderer"):
     caregiver = None if name == "none" else make_caregiver(name, plan, 0)
     world = GridWorld(plan, "1", caregiver)
-    world.run([RandomStream.draw_family(np.random.RandomState(seed), 1) for seed in range(20)])
+    world.run([RandomStream.draw_group(np.random.RandomState(seed), 1) for seed in range(20)])
     seen[name] = {{key: values.sum() for key, values in world.ledger.totals().items() if key.startswith("damage")}}
     seen[name]["moved"] = float((world.candle_table != plan.candle_tables).any(axis=0)[1])
 found["grid"] = seen

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from caregiver_mj.children.family import Family
+from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.danger.child_model import EPSILONS
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -28,12 +28,12 @@ KITCHEN = FloorPlan.parse("#######\n#B..C##\n#....S#\n#.T..B#\n#######", "kitche
 
 
 def streams(count):
-    return [RandomStream.draw_family(np.random.RandomState(seed), 1) for seed in range(count)]
+    return [RandomStream.draw_group(np.random.RandomState(seed), 1) for seed in range(count)]
 
 
 def test_the_first_prediction_by_hand():
     """In one cell between everything any random move bumps, and no other: a fourth of epsilon for each object."""
-    watched = watch_children(SMALL, [Family.of(1.0)], streams(3), (1, 2), change=0.0)
+    watched = watch_children(SMALL, [ChildGroup.of(1.0)], streams(3), (1, 2), change=0.0)
     # Novices, explorers and who wants to the caregiver go to the toy, and one in twenty makes for the three objects.
     epsilon, others = np.array(EPSILONS), np.array([0.05, 0.5])
     weight = np.concatenate([np.full(5, 0.85 / 5), np.full(4, 0.05 / 2), np.full(2, 0.05 / 2)])
@@ -57,7 +57,7 @@ def test_the_first_prediction_by_hand():
 def test_a_child_of_the_model_is_calibrated():
     """Five novices, each as often, whose epsilon never changes: on average just what the belief begins with."""
     count, names = 150, calibration.MODELLED
-    watched = watch_children(KITCHEN, [Family.parse(name) for name in names], streams(count), HORIZONS, change=0.0)
+    watched = watch_children(KITCHEN, [ChildGroup.parse(name) for name in names], streams(count), HORIZONS, change=0.0)
     rows = tally(watched, questions_of(KITCHEN)[0], names, count).assign(house="kitchen")
     for horizon in HORIZONS:
         sums = sums_of(rows, calibration.TOGETHER, horizon)

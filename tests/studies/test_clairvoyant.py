@@ -10,7 +10,7 @@ import pytest
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.privileged import PrivilegedCaregiver
 from caregiver_mj.children.behaviour import Behaviour
-from caregiver_mj.children.family import Family
+from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld
@@ -54,7 +54,7 @@ class TestFuture:
         plan = FloorPlan.load("paper")
         listener = Listener(plan)
         children = len(["explorer:0.5"])
-        chance = [RandomStream.draw_family(np.random.RandomState(seed), children) for seed in range(3)]
+        chance = [RandomStream.draw_group(np.random.RandomState(seed), children) for seed in range(3)]
         told = GridWorld(plan, "explorer:0.5", listener)
         told.reset(chance)
         told.step()
@@ -131,8 +131,8 @@ class Statue(Behaviour):
 
 def test_a_child_that_bars_every_way_for_long():
     plan = FloorPlan.parse("#########\n#C.....T#\n####.####\n####B####\n#########", "junction")
-    world = GridWorld(plan, Family((Statue(plan, 0.0),)), ClairvoyantCaregiver(plan))
-    world.reset([RandomStream.draw_family(np.random.RandomState(0), 1)])
+    world = GridWorld(plan, ChildGroup((Statue(plan, 0.0),)), ClairvoyantCaregiver(plan))
+    world.reset([RandomStream.draw_group(np.random.RandomState(0), 1)])
     world.child_cell[:] = plan.cell_index[(1, 4)]
     world.caregiver_cell[:] = plan.cell_index[(1, 6)]
     for _ in range(130):

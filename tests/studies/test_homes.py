@@ -42,7 +42,7 @@ def test_the_page(tmp_path, capsys, monkeypatch):
 def test_without_the_verb_no_gate_is_closed_but_all_else_is_done(made):
     plan = FloorPlan.load(HOUSE)
     world = GridWorld(plan, "0.5", made(plan))
-    world.run([RandomStream.draw_family(np.random.RandomState(seed), 1) for seed in range(4)])
+    world.run([RandomStream.draw_group(np.random.RandomState(seed), 1) for seed in range(4)])
     gates, things = ([kind is one for kind in plan.hazards.kinds] for one in (GATE, BATTERY))
     assert (world.state[:, gates] == State.AS_PLANNED).all()
     assert (world.state[:, things] == State.GONE).any()

@@ -8,7 +8,7 @@ from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.percept import PAPER, Pace
 from caregiver_mj.caregivers.registry import make_caregiver
-from caregiver_mj.children.family import Family
+from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.grid.world import GridWorld
@@ -49,8 +49,8 @@ def corridor(column, *told, separates=None, plan=CORRIDOR):
     """The grid with a caregiver in a column of the corridor, and ticks: of a timestep, a cell, and to set off."""
     caregiver = Told(plan, *told)
     pace = pace_of(plan) if separates is not None else PACE
-    world = SlowedGrid(plan, Family.of(0.0), caregiver, pace, separates)
-    world.reset([RandomStream.draw_family(np.random.RandomState(0), 1)])
+    world = SlowedGrid(plan, ChildGroup.of(0.0), caregiver, pace, separates)
+    world.reset([RandomStream.draw_group(np.random.RandomState(0), 1)])
     world.child_cell, world.caregiver_cell = np.array([[0]]), np.array([plan.cell_index[1, column]])
     return world, round(TICKS * pace.cells), TICKS, round(TICKS * (1.0 + pace.start)) - TICKS
 
@@ -135,8 +135,8 @@ def test_it_is_slow_towards_a_child_and_not_away_from_it():
 
 @pytest.mark.parametrize("house", ["house-3", "home-3"])
 def test_at_the_pace_of_the_grid_its_rows_are_those_of_the_grid(house):
-    plan, family = FloorPlan.load(house), Family.of(0.75)
-    streams = [RandomStream.draw_family(np.random.RandomState(seed), 1) for seed in range(3)]
+    plan, family = FloorPlan.load(house), ChildGroup.of(0.75)
+    streams = [RandomStream.draw_group(np.random.RandomState(seed), 1) for seed in range(3)]
     grid = GridWorld(plan, family, make_caregiver("expected-danger", plan)).run(streams).totals()
     world = SlowedGrid(plan, family, make_caregiver("expected-danger", plan), PAPER)
     for episode, stream in enumerate(streams):
@@ -146,7 +146,7 @@ def test_at_the_pace_of_the_grid_its_rows_are_those_of_the_grid(house):
 
 def test_one_child_that_is_seen():
     world, *_ = corridor(6, FAR_STAIRS)
-    stream = RandomStream.draw_family(np.random.RandomState(0), 1)
+    stream = RandomStream.draw_group(np.random.RandomState(0), 1)
     with pytest.raises(CaregiverError, match="one episode of one child"):
         world.reset([stream, stream])
     rows = pd.DataFrame({"children": [2], "caregiver": ["foresight"], "episode": [0]})

@@ -350,7 +350,7 @@ def test_a_caregiver_in_the_way_denies_the_same_in_the_house_and_in_the_grid(row
     """Both worlds, run for 20 novice timesteps, count all alike; that takes 3 s in the house."""
     plan = FloorPlan.parse(rows, "small")
     world = GridWorld(plan, 0.75, Still(plan))
-    world.reset([RandomStream.draw_family(np.random.RandomState(seed), 1)])
+    world.reset([RandomStream.draw_group(np.random.RandomState(seed), 1)])
     env = caregiver_mj.load("supervise", plan, epsilon=0.75, visuals=False)
     env.task.reseed(seed)
     policy, step = caregiver_mj.CaregiverPolicy(env, Still(plan)), env.reset()

@@ -13,7 +13,7 @@ import jinja2
 import numpy as np
 
 from caregiver_mj.caregivers.registry import CAREGIVERS, PLAYERS, POLICIES, RULE
-from caregiver_mj.children.family import Family
+from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.harm import HOW
@@ -260,7 +260,7 @@ def make_film(runs: Sequence[Run], folder: str | os.PathLike[str], *, trust: boo
 
     family = min(run.families, key=from_typical)
     path = pathlib.Path(folder) / FILM_NAME
-    spec = run.settings.spec(run.settings.plans[0], Family.named(family), run.caregiver)
+    spec = run.settings.spec(run.settings.plans[0], ChildGroup.named(family), run.caregiver)
     film.render_episode(path, spec, seconds=_SECONDS, picture=film.Picture(*_SIZE))
     whose = "of the run" if run.settings.world == "house" else "with the children of the run in the grid"
     return ShownFilm(path, f"Episode 0 {whose}, {family_name(family)}, caregiver {run.caregiver}")

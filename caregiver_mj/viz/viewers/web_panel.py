@@ -14,7 +14,7 @@ import viser
 
 from caregiver_mj.caregivers.percept import HORIZON
 from caregiver_mj.caregivers.registry import CAREGIVERS, DRIVER, PLAYERS, POLICIES
-from caregiver_mj.children.family import CHILDREN, NOVICE, Family
+from caregiver_mj.children.child_group import CHILDREN, NOVICE, ChildGroup
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.spec import EpisodeSpec
@@ -168,11 +168,11 @@ class Panel:
             return {"plan": plan, "file": "" if name == plan.name else name}
         raise CaregiverError(f"no house '{name}': a file is named on the command line, --house FILE")
 
-    def _family(self) -> Family:
+    def _family(self) -> ChildGroup:
         """The children; code likewise."""
         if any(part.count(":") > 1 for part in self._epsilon.value.split(",")):
             raise CaregiverError(f"no child '{self._epsilon.value}': your own is named on the command line, --child")
-        family, count = Family.parse(self._epsilon.value, self._child.value), int(self._children.value)
+        family, count = ChildGroup.parse(self._epsilon.value, self._child.value), int(self._children.value)
         if len(family) == 1:
             return family.times(count)
         if len(family) != count:

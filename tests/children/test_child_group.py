@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scripted_child import Scripted
 
 from caregiver_mj.children.behaviour import ChildPercept
-from caregiver_mj.children.family import ChildSpec, Family, side_by_side
+from caregiver_mj.children.child_group import ChildGroup, ChildSpec, side_by_side
 from caregiver_mj.children.novice import Novice
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -26,7 +26,7 @@ PLAN = FloorPlan.parse("####\n#B.#\n####", "closet")
     ],
 )
 def test_what_may_be_said_for_a_family(said, children):
-    family = Family.of(said)
+    family = ChildGroup.of(said)
     assert family.children == children
     assert len(family) == len(children)
     assert family.epsilon == pytest.approx(sum(child.epsilon for child in children) / len(children))
@@ -35,21 +35,21 @@ def test_what_may_be_said_for_a_family(said, children):
 def test_a_behaviour_is_for_the_house_that_it_was_made_for():
     other = FloorPlan.parse("#####\n#B..#\n#####", "hall")
     with pytest.raises(CaregiverError, match=r"^Scripted must be made for house 'closet', got one for 'hall'$"):
-        Family.of([1.0, Scripted(other)]).make(PLAN)
+        ChildGroup.of([1.0, Scripted(other)]).make(PLAN)
     like = FloorPlan.parse("####\n#B.#\n####", "wardrobe")
-    assert Family.of(Scripted(like)).make(PLAN)
+    assert ChildGroup.of(Scripted(like)).make(PLAN)
 
 
 def test_an_object_is_one_child():
     child = Scripted(PLAN)
-    for family in (Family.of([child, child]), Family.of(child).times(2)):
+    for family in (ChildGroup.of([child, child]), ChildGroup.of(child).times(2)):
         with pytest.raises(CaregiverError, match="got the same Scripted twice: make one for each"):
             family.make(PLAN)
-    assert Family.of([child, Scripted(PLAN), 0.5, 0.5]).make(PLAN)
+    assert ChildGroup.of([child, Scripted(PLAN), 0.5, 0.5]).make(PLAN)
 
 
 def test_children_without_a_name_have_the_behaviour_that_is_given():
-    family = Family.parse("1,novice:.5", behaviour="adversary")
+    family = ChildGroup.parse("1,novice:.5", behaviour="adversary")
     assert family.children == (ChildSpec(1.0, "adversary"), ChildSpec(0.5, "novice"))
 
 
@@ -66,21 +66,21 @@ def test_children_without_a_name_have_the_behaviour_that_is_given():
 )
 def test_what_cannot_be_read_is_refused_in_one_line(text, words):
     with pytest.raises(CaregiverError, match=words) as caught:
-        Family.parse(text)
+        ChildGroup.parse(text)
     assert "\n" not in str(caught.value)
 
 
 @given(st.lists(st.tuples(st.floats(0, 1), st.sampled_from(["novice", "expert", "adversary"])), min_size=1, max_size=4))
 def test_the_name_says_it_all(children):
-    family = Family(tuple(ChildSpec(*child) for child in children))
-    assert Family.parse(str(family)) == family
+    family = ChildGroup(tuple(ChildSpec(*child) for child in children))
+    assert ChildGroup.parse(str(family)) == family
 
 
 PAPER = FloorPlan.load("paper")
 
 
 def test_each_decides_for_its_share():
-    families = [Family.of(epsilon) for epsilon in (1.0, 0.0)]
+    families = [ChildGroup.of(epsilon) for epsilon in (1.0, 0.0)]
     together = side_by_side(PAPER, families, 3)
     assert (len(together), together.epsilon) == (1, 0.5)
     random = np.random.default_rng(0)
@@ -99,7 +99,7 @@ def test_each_decides_for_its_share():
 
 def test_families_are_alike_in_number_and_share_no_object():
     with pytest.raises(CaregiverError, match="families must have equally many children, got 1, 2"):
-        side_by_side(PAPER, [Family.of("1"), Family.of("1,.5")], 3)
+        side_by_side(PAPER, [ChildGroup.of("1"), ChildGroup.of("1,.5")], 3)
     child = Novice(PAPER, 0.5)
     with pytest.raises(CaregiverError, match="got the same Novice twice"):
-        side_by_side(PAPER, [Family.of(child), Family.of(child)], 3)
+        side_by_side(PAPER, [ChildGroup.of(child), ChildGroup.of(child)], 3)

@@ -65,31 +65,31 @@ class ChildSpec:
             return maker(plan, self.epsilon)
 
     def __str__(self) -> str:
-        """Return its name in tables and files, of which `Family.parse` makes the same child again."""
+        """Return its name in tables and files, of which `ChildGroup.parse` makes the same child again."""
         share = np.format_float_positional(self.epsilon, trim="-")
         return share if self.behaviour == NOVICE else f"{self.behaviour}:{share}"
 
 
 MOST_CHILDREN = 100  # in a family: of more, no house has room
 
-Who: TypeAlias = "Family | ChildSpec | Behaviour | float | str"  # what may be said for one child or several
+ChildrenLike: TypeAlias = "ChildGroup | ChildSpec | Behaviour | float | str"  # of one child, or of several
 
 
 @dataclasses.dataclass(frozen=True)
-class Family:
+class ChildGroup:
     """The children that are in a house together."""
 
     #: at least one. A ready-made behaviour may stand for a child, for one only and in one house only
     children: tuple[ChildSpec | Behaviour, ...] = (ChildSpec(),)
 
     @classmethod
-    def of(cls, who: Who | Sequence[Who]) -> Family:
+    def of(cls, who: ChildrenLike | Sequence[ChildrenLike]) -> ChildGroup:
         """Make a family: of an epsilon, a text for `parse`, a child or a family that is made, or several of these.
 
         Raises:
             CaregiverError: There is no such family.
         """
-        if isinstance(who, Family):
+        if isinstance(who, ChildGroup):
             return who
         if isinstance(who, str):
             return cls.parse(who)
@@ -103,7 +103,7 @@ class Family:
             raise CaregiverError(f"children must be an epsilon, a text, or several of these, got {who!r}") from None
 
     @classmethod
-    def parse(cls, text: str, behaviour: str = NOVICE) -> Family:
+    def parse(cls, text: str, behaviour: str = NOVICE) -> ChildGroup:
         """Read a family: the epsilon of each child, separated by commas, such as "0.5" or "1,.25".
 
         One with a behaviour other than that given has its name before it, as in "adversary:0.5".
@@ -116,7 +116,7 @@ class Family:
         return family
 
     @classmethod
-    def named(cls, text: str, behaviour: str = NOVICE) -> Family:
+    def named(cls, text: str, behaviour: str = NOVICE) -> ChildGroup:
         """Read a family as `parse` does, but import no child: from outside its name may be that of any code.
 
         Raises:
@@ -159,13 +159,13 @@ class Family:
             check_house(child, plan)
         return made
 
-    def times(self, count: int) -> Family:
+    def times(self, count: int) -> ChildGroup:
         """Return a family with every child so many times; the draws, and so the moves, of each are its own."""
         if count < 1:
             raise CaregiverError(f"a family must have at least 1 child, got {count}")
         if count * len(self) > MOST_CHILDREN:
             raise CaregiverError(f"a family must have at most {MOST_CHILDREN} children, got {count * len(self)}")
-        return Family(self.children * count)
+        return ChildGroup(self.children * count)
 
     @property
     def epsilon(self) -> float:
@@ -179,7 +179,7 @@ class Family:
         return ",".join(map(str, self.children))
 
 
-def check_different(families: Iterable[Family]) -> None:
+def check_different(families: Iterable[ChildGroup]) -> None:
     """Raise CaregiverError if one object is to be two children: they would share what it remembers."""
     seen: set[int] = set()
     for child in (child for family in families for child in family.children):
@@ -239,11 +239,11 @@ class SideBySide(Behaviour):
         return np.concatenate([answer(part, share) for part, share in zip(self.parts, self._shares, strict=True)])
 
 
-def side_by_side(plan: FloorPlan, families: Sequence[Family], episodes: int) -> Family:
+def side_by_side(plan: FloorPlan, families: Sequence[ChildGroup], episodes: int) -> ChildGroup:
     """Return one family that stands for several with as many children each: so many episodes of the first, and so on.
 
     Raises:
-        CaregiverError: One has more children than another, or the same object for one; or as of `Family.make`.
+        CaregiverError: One has more children than another, or the same object for one; or as of `ChildGroup.make`.
     """
     if len({len(family) for family in families}) > 1:
         raise CaregiverError(
@@ -254,13 +254,13 @@ def side_by_side(plan: FloorPlan, families: Sequence[Family], episodes: int) -> 
     made = [family.make(plan) for family in families]
     who = zip(*(family.children for family in families), strict=True)
     each = zip(zip(*made, strict=True), who, strict=True)
-    return Family(tuple(SideBySide(plan, parts, sizes, children) for parts, children in each))
+    return ChildGroup(tuple(SideBySide(plan, parts, sizes, children) for parts, children in each))
 
 
-def parts_of(family: Family) -> list[tuple[Family, int]]:
+def parts_of(family: ChildGroup) -> list[tuple[ChildGroup, int]]:
     """Return the families that stand side by side in one, each with its number of episodes; else itself, with 1."""
     first = family.children[0]
     if not isinstance(first, SideBySide):
         return [(family, 1)]
     children = [child.children for child in family.children if isinstance(child, SideBySide)]
-    return [(Family(tuple(parts)), size) for *parts, size in zip(*children, first.sizes, strict=True)]
+    return [(ChildGroup(tuple(parts)), size) for *parts, size in zip(*children, first.sizes, strict=True)]
