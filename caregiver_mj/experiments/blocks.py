@@ -1,6 +1,6 @@
-"""The episodes of a block, run in the grid or in the house: their rows and their maps.
+"""Run the episodes of a block, in the grid or in the house, and make tables of their rows and maps.
 
-A row depends on nothing but the settings and its own place in them.
+A row depends only on the settings and on its place in them.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ MAPS = ("visits", "damage")  # summed for every free cell over all episodes
 _WHICH = ("world", "house", "caregiver", "family", "episode", "seed")
 _TYPES = {column.name: column.type for column in COLUMNS}
 _TEXTS = [name for name, kind in _TYPES.items() if kind == "str"]
-_LARGEST = 2.0**53  # from which on a number in a table is none that was counted
+_LARGEST = 2.0**53  # integers below this are exact in a float: no count reaches it
 
 
-@functools.lru_cache(maxsize=1)  # asked before a folder is made, and again by whoever runs them
+@functools.lru_cache(maxsize=1)  # called before a folder is made, and again by `evaluate`
 def try_all(settings: Settings) -> None:
     """Make every caregiver and all children in each house, and every policy of the robot's actions in the first one.
 
-    So that a mistake in somebody's own shows before the others have run for hours. It takes milliseconds for each of
-    the package's own, and a second for a policy of actions.
+    A mistake in user code then shows at once and not after hours. A caregiver of the package takes milliseconds, a
+    policy of actions a second.
 
     Raises:
         CaregiverError: One cannot be made.
@@ -55,13 +55,13 @@ def try_all(settings: Settings) -> None:
 
 
 def run_block(settings: Settings, block: Block, answers: str | None = None) -> Result:
-    """Run the episodes of a block; or give a caregiver's `answers` of when it ran before again, and make none.
+    """Run the episodes of a block; with `answers`, replay those of an earlier run instead of making a caregiver.
 
     Returns:
-        Their `rows`, with the columns of `EpisodeRecord` as keys, each family's `maps`, and the caregiver's `answers`.
+        The `rows`, with the columns of `EpisodeRecord` as keys, each family's `maps`, and the caregiver's `answers`.
 
     Raises:
-        CaregiverError: There are no answers to be given again, though there is a caregiver, or some without one.
+        CaregiverError: A caregiver has no answers to replay, or a baseline has some.
     """
     if answers is not None:
         check_answers(block, answers)
@@ -95,14 +95,14 @@ def run_block(settings: Settings, block: Block, answers: str | None = None) -> R
 
 
 def check_answers(block: Block, answers: Any) -> None:
-    """Raise CaregiverError unless they can be a caregiver's of a block: a text, empty where nobody answers."""
+    """Raise CaregiverError unless `answers` is the text of a block's caregiver, empty for a baseline."""
     if not isinstance(answers, str) or bool(answers) == (block.caregiver in NOBODY):
         wanted = "none" if block.caregiver in NOBODY else "the text of its arrays"
         raise CaregiverError(f"the answers of '{block.caregiver}' must be {wanted}, got {plain(repr(answers), 40)}")
 
 
 class Tables(NamedTuple):
-    """What came of a block, or of a run."""
+    """The tables of a block or of a run."""
 
     episodes: pd.DataFrame  # a row an episode
     maps: pd.DataFrame  # a row for each caregiver, family and free cell
@@ -126,7 +126,7 @@ def tables_of(settings: Settings, block: Block, result: Result) -> Tables:
 
 
 def belongs(settings: Settings, block: Block, result: Result) -> bool:
-    """Return whether a result found in a folder is one of this block: all its rows, and a map for each family."""
+    """Return whether a result found in a folder is of this block: it has all rows, and a map for each family."""
     plan = settings.house_of(block)
     try:
         found = [tuple(row[key] for key in _WHICH) for row in result["rows"]]
@@ -151,7 +151,7 @@ def belongs(settings: Settings, block: Block, result: Result) -> bool:
 
 
 def _fits(value: Any, kind: str) -> bool:
-    """Whether something can be in a column of a type: numbers are finite, and never negative."""
+    """Whether a value fits a column's type; numbers must be finite and not negative."""
     if kind == "str":
         return isinstance(value, str)
     if kind == "list[float]":
@@ -160,8 +160,8 @@ def _fits(value: Any, kind: str) -> bool:
     return isinstance(value, kinds) and not isinstance(value, bool) and 0 <= value < _LARGEST
 
 
-def put_together(settings: Settings, blocks: Sequence[Tables]) -> Tables:
-    """Return those of a run: house by house, family by family, caregiver by caregiver."""
+def merge(settings: Settings, blocks: Sequence[Tables]) -> Tables:
+    """Merge the tables of a run's blocks, ordered by house, family and caregiver."""
     import pandas as pd
 
     episodes = pd.concat([block.episodes for block in blocks], ignore_index=True)

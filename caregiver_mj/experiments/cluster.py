@@ -1,6 +1,6 @@
-"""A cluster of several machines, by Dask (extra `dask`): its scheduler gives the jobs to whatever workers there are.
+"""An executor on a Dask cluster (extra `dask`).
 
-Workers may die and new ones may come while a run goes on: what a dead one had is done again by another.
+Workers may die and join during a run; another worker repeats the job of a dead one.
 """
 
 from __future__ import annotations
@@ -24,29 +24,32 @@ from caregiver_mj.registry import modules_of_the_folder
 Job = TypeVar("Job")
 Result = TypeVar("Result")
 
-TIMEOUT = 10.0  # seconds to find a scheduler, and workers at it
-AHEAD = 1000  # jobs that the scheduler has at a time: more than workers, and few enough to give up at once
+TIMEOUT = 10.0  # s; for a scheduler, and then its first worker, to answer
+AHEAD = 1000  # jobs submitted at a time: more than there are workers, and few enough to cancel quickly
 _WORKERS = "dask worker {} --nthreads 1 --nworkers auto"
-_ABSENT = "code of your own must be installed there, or lie in the folder that the worker was started in"
-_ANEW = "a worker goes on with what it has loaded, so start it anew after an edit"
+_ABSENT = "install your own code there, or start the worker in its folder"
+_ANEW = "a worker keeps the code that it has loaded: restart it after an edit"
 
-_one_at_a_time = threading.Lock()  # jobs share what they have built in a process
+_one_at_a_time = threading.Lock()  # jobs of a process share its caches
 
 
 class DaskExecutor(Executor):
-    """The workers of a Dask cluster, each of them with one thread and the same version of this package.
+    """The workers of a Dask cluster, each with one thread and the same version of this package.
 
-    It connects at once, so that what is wrong is told before anything is written. Use it in a `with` block.
+    It connects at once, so that an error precedes any output. Use it in a `with` block.
     """
 
     def __init__(self, address: str, timeout: float = TIMEOUT, ahead: int = AHEAD):
-        """Connect to a scheduler's address, as `dask scheduler` prints it, such as `tcp://10.0.0.1:8786`.
+        """Connect to a scheduler.
 
-        It waits for it, and for the first worker, for `timeout` seconds. The cluster has `ahead` jobs at a time.
+        Args:
+            address: As `dask scheduler` prints it, such as `tcp://10.0.0.1:8786`.
+            timeout: Seconds to wait for it, and then for its first worker.
+            ahead: Jobs that the cluster has at a time.
 
         Raises:
             MissingExtraError: Dask is not installed.
-            CaregiverError: There is no scheduler, it has no worker, or a worker is not fit.
+            CaregiverError: There is no scheduler, it has no worker, or a worker has other versions or threads.
         """
         try:
             import distributed
@@ -58,7 +61,7 @@ class DaskExecutor(Executor):
         self._distributed: Any = distributed
         try:
             _check_address(distributed, address)
-            with warnings.catch_warnings():  # about versions, of which it is for us to judge
+            with warnings.catch_warnings():  # `_check_workers` judges versions
                 warnings.simplefilter("ignore", distributed.versions.VersionMismatchWarning)
                 self._client: Any = distributed.Client(address, timeout=timeout, set_as_default=False)
         except (OSError, ValueError, ImportError, AssertionError) as error:
@@ -70,7 +73,7 @@ class DaskExecutor(Executor):
             raise
 
     def _check_workers(self, timeout: float) -> None:
-        """Raise CaregiverError unless there are workers, and all of them fit."""
+        """Raise CaregiverError unless there are workers, each with one thread and the same versions."""
         start = f"start workers with `{_WORKERS.format(self.address)}`"
         with contextlib.suppress(TimeoutError):
             self._client.wait_for_workers(1, timeout)
@@ -105,7 +108,7 @@ class DaskExecutor(Executor):
     ) -> Generator[tuple[Job, Result]]:
         """See `Executor`."""
         client, name = self._client, f"caregiver_mj-{uuid.uuid4().hex}"
-        # A result of a job of its own, which workers hand on to each other, and which is made again should they die.
+        # The function is the result of a job, so workers pass it on to each other and remake it if they die.
         do = functools.partial(_do, function, {**fingerprint(), **code()}, code)
         work = client.submit(_hand_over, do, key=f"{name}-work")
         asked: dict[Any, Job] = {}
@@ -132,7 +135,7 @@ class DaskExecutor(Executor):
             client.cancel([*asked, work])
 
     def _read(self, job: Any, future: Any, answer: Any) -> Any:
-        """The result of a job; a WorkerError if there is none."""
+        """Return the result of a job, or raise WorkerError."""
         if future.status == "finished":
             failure, result = answer
             if failure:
@@ -151,12 +154,12 @@ class DaskExecutor(Executor):
 
 
 def _check_address(distributed: Any, address: str) -> None:
-    """Raise ValueError unless it can be the address of a scheduler: Dask would make a cluster of its own, or wait."""
+    """Raise ValueError for an address on which Dask would start a cluster of its own, or wait for ever."""
     if not address.strip():
         raise ValueError("an address must be such as tcp://10.0.0.1:8786")
     scheme, where = distributed.comm.parse_address(address)
     distributed.comm.registry.get_backend(scheme)
-    if scheme in ("tcp", "tls"):  # else a client would find out too late to be cleared away
+    if scheme in ("tcp", "tls"):  # the client checks this too late to be closed again
         distributed.comm.addressing.parse_host_port(where)
 
 
@@ -165,7 +168,7 @@ def _hand_over(work: Callable[[Job], Result]) -> Callable[[Job], Result]:
 
 
 def _tell(code: Code) -> tuple[str | None, dict[str, str] | None]:
-    """Of what code of others a worker has: what is wrong with it, or what it is."""
+    """Return a worker's error on loading foreign code, or the origins of that code."""
     with _one_at_a_time, modules_of_the_folder():
         return attempt(_loaded, code)
 
@@ -173,20 +176,20 @@ def _tell(code: Code) -> tuple[str | None, dict[str, str] | None]:
 def _do(
     function: Callable[[Job], Result], wanted: dict[str, str], code: Code, job: Job
 ) -> tuple[str | None, Result | None]:
-    """Do a job in a worker, which may have come since the run began."""
+    """Do a job in a worker, after checking its code: it may have joined since the run began."""
     with _one_at_a_time, modules_of_the_folder():
         failure, found = attempt(_loaded, code)
         if found is None:
             return f"{failure}; {_ABSENT}", None
         if other := difference({**fingerprint(), **found}, wanted):
-            return f"a worker is not as it is where the run was started: it has {other}; {_ANEW}", None
+            return f"a worker differs from the machine that started the run: it has {other}; {_ANEW}", None
         return attempt(function, job)
 
 
-_first_told: dict[str, str] = {}
+_first_seen: dict[str, str] = {}
 
 
-@functools.lru_cache(maxsize=8)  # asked before every job
+@functools.lru_cache(maxsize=8)  # called before every job
 def _loaded(code: Code) -> dict[str, str]:
-    """What code of others this process has: as it was when it was loaded, whatever has become of the files since."""
-    return {what: _first_told.setdefault(what, text) for what, text in code().items()}
+    """Return the origins of the foreign code as this process loaded it, even if its files have changed since."""
+    return {what: _first_seen.setdefault(what, text) for what, text in code().items()}

@@ -1,7 +1,7 @@
-"""Evaluation: every caregiver with every family of children, in the grid or in the house, an episode a row.
+"""Evaluate every caregiver with every child group, in the grid or in the house, one row an episode.
 
-Episode i starts from the same seed, and so has the same children, under every caregiver and epsilon and in both worlds
-(common random numbers). A row depends on nothing but the settings and its own place in them.
+Episode i has the same seed, and so the same children, under every caregiver and epsilon and in both worlds (common
+random numbers). A row depends only on the settings and on its place in them.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from caregiver_mj.caregivers.registry import check_acts_alone
 from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.errors import CaregiverError, check_kind
-from caregiver_mj.experiments.blocks import Tables, belongs, put_together, run_block, tables_of, try_all
+from caregiver_mj.experiments.blocks import Tables, belongs, merge, run_block, tables_of, try_all
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import GRID_BLOCK, Block, Settings
 from caregiver_mj.experiments.summary import by_house, summarise
@@ -28,12 +28,12 @@ if TYPE_CHECKING:
 
 @dataclasses.dataclass(frozen=True)
 class Evaluation:
-    """What came out."""
+    """The results of a run."""
 
     episodes: pd.DataFrame  #: a row an episode
-    summary: dict[str, Any]  #: the table made of them
-    #: a row for each caregiver, family and free cell: over all their episodes, the timesteps that children ended in the
-    #: cell (`visits`), and the damage that they took there
+    summary: dict[str, Any]  #: the content of summary.json
+    #: a row for each caregiver, family and free cell: timesteps that children ended in the cell (`visits`) and damage
+    #: that they took there, summed over all episodes
     maps: pd.DataFrame
     houses: pd.DataFrame  #: a row for each house, caregiver and family (see `by_house`)
 
@@ -51,11 +51,11 @@ def evaluate(
 
     Args:
         settings: What to run.
-        folder: Where finished episodes are kept at once, and those of an earlier run are found.
-        jobs: Worker processes of this machine; the results do not depend on it.
-        executor: Who else does the work, such as a `DaskExecutor`; nor do they on that.
-        progress: Called with the number of episodes that have just been finished, or found so.
-        grid_block: Episodes to run in the grid at once; the results do not depend on it either.
+        folder: Stores finished episodes at once, and supplies those of an earlier run.
+        jobs: Worker processes of this machine. The results do not depend on it, nor on the next argument and the last.
+        executor: Replaces the worker processes, such as a `DaskExecutor`.
+        progress: Called with the number of episodes just finished or found.
+        grid_block: Episodes to run at once in the grid.
 
     Raises:
         CaregiverError: The settings are wrong, a worker failed, or a result could not be written.
@@ -66,7 +66,7 @@ def evaluate(
         raise CaregiverError("children of a run in a folder must be given by name, such as module:object")
     try_all(settings)
     with contextlib.ExitStack() as stack:
-        if settings.queries.is_limited and not settings.queries.folder:  # all processes count in one place
+        if settings.queries.is_limited and not settings.queries.folder:  # shared by all processes
             counts = tempfile.TemporaryDirectory(prefix="caregiver_mj-")
             queries = dataclasses.replace(settings.queries, folder=stack.enter_context(counts))
             settings = dataclasses.replace(settings, queries=queries)
@@ -87,7 +87,7 @@ def _evaluated(
     for block in pending:
         check_acts_alone(block.caregiver)
     work = functools.partial(run_block, settings)
-    # Closed at once when a write fails or Ctrl-C comes, so that no worker outlives the run.
+    # Closed when a write fails or on Ctrl-C, so that no worker outlives the run.
     with contextlib.closing(executor.run(work, pending, settings.code)) as results:
         for block, result in results:
             if folder:
@@ -101,7 +101,7 @@ def _evaluated(
 
 
 def sum_up(settings: Settings, parts: Sequence[Tables]) -> Evaluation:
-    """Return what comes of a run's blocks, or of runs that are to be one."""
-    episodes, maps = put_together(settings, parts)
+    """Return the results of a run from the tables of its blocks, or of the runs to be pooled."""
+    episodes, maps = merge(settings, parts)
     houses = by_house(episodes)
     return Evaluation(episodes, summarise(settings, episodes, houses), maps, houses)

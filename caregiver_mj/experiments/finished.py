@@ -1,4 +1,4 @@
-"""Finished runs, read from their folders, put together and compared."""
+"""Read finished runs from their folders, pool and compare them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from caregiver_mj.experiments import statistics
 from caregiver_mj.experiments.blocks import Tables
 from caregiver_mj.experiments.evaluation import sum_up
 from caregiver_mj.experiments.harm import judge
-from caregiver_mj.experiments.run_folder import RunFolder, read_json, told, unlike
+from caregiver_mj.experiments.run_folder import RunFolder, describe_differences, read_json, unlike
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.spec import BARE_TABLES
 from caregiver_mj.outside import LARGEST_PIECE, LARGEST_RATIO, LARGEST_TABLE, limited_memory, plain, read_file
@@ -26,20 +26,20 @@ from caregiver_mj.recording.record import MEASURES
 SCORE = ("score", "score_ci_low", "score_ci_high")
 _WHICH = ("world", "house", "caregiver", "family", "epsilon", "episode", "seed")
 _MEASURED = ("damage", "timesteps_to_threshold", "cells_visited", "toys_reached")  # by all versions
-# May be what it likes in each run, or follows from others.
+# Keys that may differ between pooled runs, or follow from others.
 _EACH = ("seed", "episodes", "extended_at", "pooled", "file", "epsilons")
-_PAIR = ["house", "family", "seed"]  # what two episodes share that have the same children
+_PAIR = ["house", "family", "seed"]  # equal in two episodes with the same children
 _SIDES = ("first", "second")
 _ANEW = "`caregiver-mj evaluate --resume` writes it anew"
-_FILES = {  # of a finished run, and what to say where one is not there
+_FILES = {  # of a finished run, with the message where one is missing
     "run.json": "'{}' holds no run: `caregiver-mj evaluate --out DIR` makes one",
     "summary.json": "the run in '{}' is not finished: go on with `caregiver-mj evaluate --resume`",
     "episodes.parquet": f"the run in '{{}}' has no episodes.parquet: {_ANEW}",
     "maps.parquet": "the run in '{}' has no maps.parquet: run it again",
 }
-_NUMBER = 8  # bytes of one in a table
-_LONGEST_REASON = 300  # characters of what a library says of a file
-_NOT_SETTINGS = ("epsilons", "extended_at", "file", "houses")  # follow from others, or nothing depends on them
+_NUMBER = 8  # bytes of a number in a table
+_LONGEST_REASON = 300  # characters quoted from a library's error
+_NOT_SETTINGS = ("epsilons", "extended_at", "file", "houses")  # derived keys, or without effect on rows
 
 
 @dataclasses.dataclass(frozen=True)
@@ -47,22 +47,22 @@ class Finished:
     """A finished run."""
 
     path: pathlib.Path  #: its folder
-    record: dict[str, Any]  #: what run.json says
-    settings: Settings  #: what ran
+    record: dict[str, Any]  #: content of run.json
+    settings: Settings  #: what the run was to do
     episodes: pd.DataFrame  #: a row an episode
     maps: pd.DataFrame  #: a row for each caregiver, family and free cell
-    summary: dict[str, Any]  #: what summary.json says
+    summary: dict[str, Any]  #: content of summary.json
 
     @property
     def seeds(self) -> list[tuple[int, int]]:
-        """The seed of the run and how many episodes there are of it; of pooled runs those of each."""
+        """(seed, episodes) of the run, or of each of the pooled runs."""
         pooled = self.record.get("pooled") or [[self.settings.seed, self.settings.episodes]]
         return [(int(seed), int(episodes)) for seed, episodes in pooled]
 
     @property
     def verdicts(self) -> list[dict[str, Any]]:
-        """Whether each caregiver that acts does harm, judged anew: older runs have no such verdicts."""
-        once = self.episodes.drop_duplicates([*_PAIR, "caregiver"])  # two of one seed are the same
+        """Whether each caregiver that acts does harm, judged anew because older runs lack verdicts."""
+        once = self.episodes.drop_duplicates([*_PAIR, "caregiver"])  # episodes of one seed are equal
         return judge(once, self.summary["harm"], self.summary["comparisons"])
 
 
@@ -70,7 +70,7 @@ def read_finished(folder: str | os.PathLike[str]) -> Finished:
     """Read a finished run.
 
     Raises:
-        CaregiverError: There is none in the folder, it is not finished, or something in it is not as it was written.
+        CaregiverError: The folder holds no finished run, or one of its files was changed.
     """
     path = pathlib.Path(folder)
     try:
@@ -91,7 +91,7 @@ def read_finished(folder: str | os.PathLike[str]) -> Finished:
         raise CaregiverError(f"the run in '{folder}' cannot be read: there is no {error} in it") from error
     except CaregiverError as error:
         raise CaregiverError(f"the run in '{folder}' cannot be read: {error}") from None
-    except Exception as error:  # whatever reading what somebody has put there may come to
+    except Exception as error:  # the files may hold anything
         raise CaregiverError(f"the run in '{folder}' cannot be read: {_words(error)}") from error
     for name, wrong in foreign.items():
         if wrong:
@@ -112,7 +112,7 @@ def _read(path: pathlib.Path) -> tuple[dict[str, Any], Settings, pd.DataFrame, p
 
 
 def _read_file(path: pathlib.Path, read: Callable[[pathlib.Path], Any]) -> Any:
-    """Return what is in a file; raise CaregiverError if it is damaged."""
+    """Return the content of a file; raise CaregiverError if it is damaged."""
     try:
         return read(path)
     except Exception as error:
@@ -128,7 +128,7 @@ def _dictionary(path: pathlib.Path) -> dict[str, Any]:
 
 
 def _table(path: pathlib.Path, rows: int) -> pd.DataFrame:
-    """Return the table in a file of so many rows; what it says to come to is checked before it is unpacked."""
+    """Return the table in a file with a number of rows; its stated size is checked before it is unpacked."""
     import pyarrow.parquet
 
     content = read_file(path, LARGEST_TABLE)
@@ -204,7 +204,11 @@ def _foreign_maps(found: Finished) -> bool:
 
 
 def _foreign_summary(found: Finished) -> bool:
-    """Whether the summary is not that of the run; what is no number in it cannot be read."""
+    """Whether the summary is not that of the run.
+
+    Raises:
+        ValueError: A number of it is none.
+    """
     summary, wanted = found.summary, _who(found)
     check_kind("versions", summary["versions"], dict)
     against = [row for row in summary["comparisons"] if row.get("baseline") == "none"]
@@ -223,25 +227,27 @@ def _foreign_summary(found: Finished) -> bool:
         numbers = [row[name] for row in rows for name in names]
         if wrong := [number for number in numbers if not isinstance(number, int | float | None)]:
             raise ValueError(f"a number of a summary must be one, got {wrong[0]!r}")
-        np.array(numbers, float)  # none of them too large
-    rows, told = ({(row["caregiver"], row["family"]) for row in part} for part in (summary["rows"], against))
+        np.array(numbers, float)  # raises if one is too large
+    rows, judged = ({(row["caregiver"], row["family"]) for row in part} for part in (summary["rows"], against))
     acting = {(caregiver, family) for caregiver, family in wanted if caregiver != "none"}
     acting = acting if "none" in found.settings.caregivers else set()
     texts = ("house", "family")
-    judged = {row["caregiver"] for row in summary["harm"] if all(isinstance(row["worst"][text], str) for text in texts)}
-    return (rows, told, judged) != (wanted, acting, {caregiver for caregiver, _ in acting if caregiver != BARE_TABLES})
+    harmful = {
+        row["caregiver"] for row in summary["harm"] if all(isinstance(row["worst"][text], str) for text in texts)
+    }
+    return (rows, judged, harmful) != (wanted, acting, {name for name, _ in acting if name != BARE_TABLES})
 
 
 def pool_runs(runs: Sequence[Finished], out: str | os.PathLike[str]) -> dict[str, Any]:
-    """Write a folder with the episodes of all runs, one run's after the other's; each keeps its seed.
+    """Write a folder with the episodes of all runs, run after run; each episode keeps its seed.
 
-    They are of the same settings and versions, but each of a seed of its own, in any order.
+    The runs must have the same settings and versions, and different seeds, in any order.
 
     Returns:
         The content of the summary.json in the folder `out`.
 
     Raises:
-        CaregiverError: The runs are of one seed, or of different settings; or the folder has a run, or is not writable.
+        CaregiverError: The runs share a seed or have different settings, or the folder holds a run or is not writable.
     """
     if os.path.exists(os.path.join(out, "run.json")):
         raise CaregiverError(f"the output folder must hold no run, got '{out}': take another folder")
@@ -253,9 +259,9 @@ def pool_runs(runs: Sequence[Finished], out: str | os.PathLike[str]) -> dict[str
         if keys := unlike(*both, _EACH):
             raise CaregiverError(
                 f"runs to be pooled must differ in their seeds alone, got '{first.path}' and '{other.path}': "
-                + "; ".join(told(keys, *both, ("in the first", "in the second")))
+                + "; ".join(describe_differences(keys, *both, ("in the first", "in the second")))
             )
-    runs = sorted(runs, key=lambda run: run.seeds)  # for intervals depend on the order of what they are resampled from
+    runs = sorted(runs, key=lambda run: run.seeds)  # bootstrap intervals depend on the order
     seeds = [pair for run in runs for pair in run.seeds]
     if len({seed for seed, _ in seeds}) < len(seeds):
         raise CaregiverError(f"runs to be pooled must have different seeds, got {', '.join(str(s) for s, _ in seeds)}")
@@ -273,22 +279,22 @@ def pool_runs(runs: Sequence[Finished], out: str | os.PathLike[str]) -> dict[str
 
 
 def _in_any_order(record: dict[str, Any]) -> dict[str, Any]:
-    """A record that does not tell in which order a run has had its caregivers and its families."""
+    """Return the record with caregivers and families sorted."""
     return record | {key: sorted(record[key], key=str) for key in ("caregivers", "families")}
 
 
 def compare_runs(first: Finished, second: Finished, caregivers: Sequence[str] = ()) -> dict[str, Any]:
-    """Return what comes of the second run less what comes of the first, in the episodes that both have.
+    """Compare the second run with the first, in the episodes that both have.
 
-    The caregivers are that of the first and that of the second; one name for both; none for all that both have.
+    `caregivers` names that of the first run and that of the second, or one for both; none means all that both have.
 
     Returns:
-        As JSON: `rows`, for each caregiver and family `first` and `second`, the mean damage in either, and all that
-        `statistics.comparison_rows` has of the second against the first; `verdicts`, whether these caregivers do harm,
-        each in all episodes of its own run (`run`, first or second); `settings`, what is not the same in both.
+        As JSON: `rows`, for each caregiver and family the mean damage `first` and `second`, and the columns of
+        `statistics.comparison_rows` of the second against the first; `verdicts`, whether these caregivers do harm in
+        all episodes of their own run (`run`, first or second); `settings`, those that differ.
 
     Raises:
-        CaregiverError: The runs are of different worlds or houses, or have no such caregiver or no episode in common.
+        CaregiverError: The runs differ in world or house, lack a caregiver, or have no episode in common.
     """
     ours, theirs = first.settings, second.settings
     if ours.world != theirs.world:
@@ -302,10 +308,10 @@ def compare_runs(first: Finished, second: Finished, caregivers: Sequence[str] = 
     rows, pairs = [], _pairs(ours.caregivers, theirs.caregivers, caregivers)
     for pair in pairs:
         ours_, theirs_ = (
-            run.episodes[run.episodes.caregiver == name].drop_duplicates(_PAIR)  # two of one seed are the same
+            run.episodes[run.episodes.caregiver == name].drop_duplicates(_PAIR)  # episodes of one seed are equal
             for run, name in zip((first, second), pair, strict=True)
         )
-        # Where runs were pooled, episodes have other numbers than where they were not.
+        # Pooling renumbers episodes.
         theirs_ = theirs_.drop(columns="episode").merge(ours_[[*_PAIR, "episode"]])
         ours_ = ours_.merge(theirs_[_PAIR])
         if ours_.empty:
@@ -350,7 +356,7 @@ def _pairs(ours: Sequence[str], theirs: Sequence[str], wanted: Sequence[str]) ->
 
 
 def _differences(first: dict[str, Any], second: dict[str, Any]) -> dict[str, list[Any]]:
-    """Settings that are not the same, and versions, with what they are in either."""
+    """Return the settings and versions that differ, with both values."""
 
     def flat(record: dict[str, Any]) -> dict[str, Any]:
         found = {key: value for key, value in record.items() if key not in _NOT_SETTINGS}

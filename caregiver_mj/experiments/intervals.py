@@ -1,20 +1,18 @@
-"""Confidence intervals of a mean, of a difference of means and of a ratio of means, for 20 episodes or for 2000.
+"""Confidence intervals of a mean, of a difference of means and of a ratio of means, for 20 to 2000 episodes.
 
 All are studentised bootstrap intervals; docs/coverage.md shows how often they cover the truth.
 Samples are paired: unit i of one belongs to unit i of the other. A unit is an episode; for houses see `two_level`.
-The resamples are the same every time, so the same samples have the same interval.
+The resamples have a fixed seed, so equal samples have equal intervals.
 
-The studentised bootstrap of a ratio of means is turned into an interval as Fieller's theorem does.
-
-For samples y over x, and a ratio R that may be the true one, the errors e = y - R x have mean zero, so
+The interval of a ratio of means follows Fieller's theorem. If R is the true ratio of samples y over x, the errors
+e = y - R x have mean zero, so
 
     t(R) = sqrt(n) mean(e) / sd(e)
 
-is a pivot: its distribution hardly depends on anything unknown, and nothing is divided by a mean that may be close to
-zero. Resampling units with replacement says how t is distributed around the ratio of the sample; the interval is all R
-with a t(R) between two quantiles of that (Hwang, Biometrika 82, 1995). Swapping y and x gives the reciprocal interval,
-other units give the same in other units. With x = 1 it is the bootstrap-t interval of a mean (Efron and Tibshirani, An
-Introduction to the Bootstrap, 1993, section 12.5).
+is a pivot: its distribution hardly depends on unknown parameters, and it divides by no mean that may be close to zero.
+Resampling units with replacement estimates the distribution of t; the interval is all R with t(R) between two of its
+quantiles (Hwang, Biometrika 82, 1995). Swapping y and x gives the reciprocal interval. With x = 1 it is the bootstrap-t
+interval of a mean (Efron and Tibshirani, An Introduction to the Bootstrap, 1993, section 12.5).
 """
 
 from __future__ import annotations
@@ -25,14 +23,14 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
-TELLING = 4  # units; of fewer, a resample has none with a probability of e^-3 > 2.5 % or more, and bounds nothing
-EXACT = 1e-24  # squared rounding errors, relative
-TOO_FEW = "too few episodes for an interval"  # where they bound nothing
+TELLING = 4  # units other than zero; with fewer, more than 2.5 % of resamples (e^-3) miss them all, and bound nothing
+EXACT = 1e-24  # relative square of a rounding error
+TOO_FEW = "too few episodes for an interval"  # if they bound nothing
 _BLOCK = 2_000_000  # numbers at once, 16 MB
-Value = TypeVar("Value")  # a number for a sample that came alone, an array (columns,) for several
+Value = TypeVar("Value")  # a number for one sample, an array (columns,) for several
 CONFIDENCE = 0.95
 _MOST, _LEAST = 9_999, 999  # resamples
-_FLAT = 1e-12  # a square that is one of rounding errors, relative
+_FLAT = 1e-12  # relative; a smaller square consists of rounding errors
 
 
 class Estimate(NamedTuple, Generic[Value]):
@@ -50,7 +48,7 @@ class Estimate(NamedTuple, Generic[Value]):
 def of_mean(data: np.ndarray, least: float = -np.inf) -> Estimate[Any]:
     """Return the mean of a sample (n,), or of several, (n, columns), with its interval.
 
-    A sample whose units are all the same has one without width. No unit, and so no mean, can be below `least`.
+    The interval of equal units has no width. No unit, and so no mean, can be below `least`.
     """
     columns = _columns(data)
     low, high = _bounds(columns, np.ones_like(columns))
@@ -71,7 +69,7 @@ def of_ratio(ours: np.ndarray, theirs: np.ndarray, least: float = 0.0) -> Estima
     Args:
         ours: The numerators.
         theirs: The denominators.
-        least: What no number of either, and so no ratio, can be below: 0, or -inf.
+        least: Lower bound of all numbers, and so of the ratio: 0, or -inf.
 
     Raises:
         ValueError: A number is less.
@@ -103,7 +101,7 @@ def in_words(low: float | None, high: float | None, form: Callable[[float], str]
 
 
 def bounds_nothing(low: float | None, high: float | None) -> bool:
-    """Return whether an interval has no end, but for the zero that no ratio can be below."""
+    """Return whether an interval has no end but the lower bound of ratios, zero."""
     return high is None and not low
 
 
@@ -136,22 +134,22 @@ def _columns(data: np.ndarray) -> np.ndarray:
 
 
 def _shaped(value: np.ndarray, low: np.ndarray, high: np.ndarray, dimensions: int) -> Estimate[Any]:
-    """Numbers for a sample that came alone."""
+    """Return numbers for a single sample."""
     if dimensions > 1:
         return Estimate(value, low, high)
     return Estimate(float(value[0]), float(low[0]), float(high[0]))
 
 
 def resamples(size: int) -> int:
-    """Return how many resamples a sample gets: fewer of a large one, whose interval is narrow anyway.
+    """Return the number of resamples of a sample: fewer for a large one, whose interval is narrow anyway.
 
-    One more of them is a multiple of 40, so that the 2.5 % quantiles are resamples.
+    It is one less than a multiple of 40, so that the 2.5 % quantiles are resamples.
     """
     return int(np.clip(_BLOCK // size, _LEAST + 1, _MOST + 1)) // 40 * 40 - 1
 
 
 def shares(size: int, count: int | None = None) -> Iterator[np.ndarray]:
-    """Yield the same resamples of so many units at every call: blocks of each unit's share in each, (some, size)."""
+    """Yield the resamples of `size` units, the same at every call: blocks of each unit's share, (some, size)."""
     count = resamples(size) if count is None else count
     if count * size <= _BLOCK:
         yield _few_shares(size, count)
@@ -178,7 +176,7 @@ def pivots(mean: np.ndarray, square: np.ndarray, size: int | np.ndarray, scale: 
     """Return t of resampled errors, (columns, resamples), by their means and mean squares, of the same shape.
 
     There are `size` units in each; `scale`, (columns, 1), are the mean squared errors of the samples themselves. It is
-    infinite where the errors are all the same, and NaN where they are all zero: such a resample tells nothing.
+    infinite for equal errors, and NaN for zero errors: such a resample bounds nothing.
     """
     variance = square - mean**2
     flat = variance <= _FLAT * scale
@@ -190,7 +188,7 @@ def pivots(mean: np.ndarray, square: np.ndarray, size: int | np.ndarray, scale: 
 
 
 def quantiles(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the two between which t lies with `CONFIDENCE`, (columns,) each; what tells nothing is beyond both."""
+    """Return the ends between which t lies with `CONFIDENCE`, (columns,) each; NaN counts as beyond both."""
     count = t.shape[-1]
     tail = max(1, round((count + 1) * (1 - CONFIDENCE) / 2))
     if np.isnan(t).any():
@@ -203,9 +201,9 @@ def quantiles(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def solve(above: np.ndarray, below: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the ends of the ratios R with low <= t(R) <= high, by two quantiles of t, (columns,) all.
 
-    The samples of numerator and denominator are (columns, n). Ends are infinite where these give none. Where the
-    denominator may be zero, so that arbitrarily large and negative ratios are possible alike, the lower end is that of
-    ratios from zero on if the ratio of the sample is.
+    The samples of numerator and denominator are (columns, n). Ends are infinite where these give none. If the
+    denominator may be zero, large and negative ratios are possible; the lower end then is that of ratios from zero on,
+    provided that the ratio of the sample is not negative.
     """
     size = above.shape[-1]
     x, y = below.mean(-1), above.mean(-1)

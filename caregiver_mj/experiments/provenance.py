@@ -1,4 +1,4 @@
-"""What a run comes from: the version of the package and of what it needs, its source, and what plug-ins come from."""
+"""The provenance of a run: versions of the package and its libraries, digests of its source and of plug-ins."""
 
 from __future__ import annotations
 
@@ -20,22 +20,21 @@ from caregiver_mj.children.child_group import CHILDREN, ChildGroup, ChildSpec
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.tasks import TASKS
 
-_DIGITS = 16  # of a hash: more than enough to tell versions apart
-OWN = __name__.partition(".")[0]  # the package itself
-_INSTALLED = ("site-packages", "dist-packages")  # folders in which what lies beside a module is nobody's own
-_PLACES = (OWN, f"{OWN}.tasks", f"{OWN}.models")  # in a checkout they lie apart
-# What runs the episodes of an evaluation, and what others make caregivers of.
-_EPISODES = (f"{OWN}.experiments.blocks", f"{OWN}.caregivers")
-_MODELS = (".txt", ".xml")  # of files of models on which results can depend
-_NOT_IN_GRID = frozenset(("house", "models", "policy", "robot", "tasks"))  # rooms
-_SHOW = frozenset(("cli", "viz"))  # rooms that ask for episodes, and show what has come out of them
+_DIGITS = 16  # of a hash; plenty to distinguish versions
+OWN = __name__.partition(".")[0]  # name of the package
+_INSTALLED = ("site-packages", "dist-packages")  # folders in which neighbours of a module do not belong to it
+_PLACES = (OWN, f"{OWN}.tasks", f"{OWN}.models")  # separate folders in a checkout
+_EPISODES = (f"{OWN}.experiments.blocks", f"{OWN}.caregivers")  # run the episodes of an evaluation
+_MODELS = (".txt", ".xml")  # suffixes of model files that can change results
+_NOT_IN_GRID = frozenset(("house", "models", "policy", "robot", "tasks"))  # rooms without effect on the grid
+_SHOW = frozenset(("cli", "viz"))  # rooms without effect on any row
 _LIBRARIES = ("numpy", "mujoco", "dm_control", "mink", "ruckig")
 
 
 def origins(caregivers: Iterable[str], families: Iterable[ChildGroup], embodiment: str | None = None) -> dict[str, str]:
-    """Return where the code of others comes from that episodes depend on, by what it is: see `origin`.
+    """Return the origin of all foreign code that episodes depend on, by its role: see `origin`.
 
-    The caregivers are names, as `find_caregiver` takes them; in the grid the embodiment is None.
+    Caregivers are names, as `find_caregiver` takes them; in the grid the embodiment is None.
     """
     found: dict[str, Any] = {f"caregiver {name}": find_caregiver(name) for name in caregivers}
     for child in (child for family in families for child in family.children):
@@ -50,14 +49,14 @@ def origins(caregivers: Iterable[str], families: Iterable[ChildGroup], embodimen
 
 
 def origin(found: Any) -> str:
-    """Return where somebody's class or function comes from, and a hash of all that it depends on.
+    """Return the origin of a foreign class or function, with a hash of all that it depends on.
 
-    That is its module's own file, every source file of the package that it is in, and what these import from beside
-    it, in folders without an `__init__.py` as well. What else its answers depend on, such as weights, it may name in an
-    attribute `files`, a path or several, from the folder of its module on.
+    The hash covers its module, all source files of that module's package, and what these import from beside it, also
+    from folders without an `__init__.py`. Further files, such as weights, can be named in an attribute `files`: a path
+    or several, relative to the folder of the module.
 
     Returns:
-        The distribution and its version, or the file if there is none, and the hash; nothing of the package's own.
+        The distribution and its version, or the file if there is none, and the hash; "" for code of this package.
 
     Raises:
         CaregiverError: A file cannot be read.
@@ -90,7 +89,7 @@ def origin(found: Any) -> str:
 
 
 def _sources(folder: pathlib.Path, name: str, path: pathlib.Path) -> set[pathlib.Path]:
-    """The source files of a module that was imported from a folder and lies at a path, and of what it imports there."""
+    """Return the source files of a module at a path, imported from a folder, and of its imports from there."""
     found: set[pathlib.Path] = set()
     new = {path} | _files(folder, name)
     while new:
@@ -103,7 +102,7 @@ def _sources(folder: pathlib.Path, name: str, path: pathlib.Path) -> set[pathlib
 
 
 def _files(folder: pathlib.Path, name: str) -> set[pathlib.Path]:
-    """The source files in a folder that a full name leads to: those of the first package on its way, or a module."""
+    """Return the source files for a full name in a folder: all of the first package in it, or the module."""
     for part in name.split("."):
         module, folder = folder / f"{part}.py", folder / part
         if (folder / "__init__.py").is_file():
@@ -114,12 +113,12 @@ def _files(folder: pathlib.Path, name: str) -> set[pathlib.Path]:
 
 
 def imported(folder: pathlib.Path, source: pathlib.Path) -> Iterator[str]:
-    """Return the full names of what a source file imports, wherever in it, seen from a folder."""
+    """Yield the full names that a source file imports at any level, relative to a folder."""
     if source.suffix != ".py":
         return
     try:
         tree = ast.parse(source.read_bytes())
-    except SyntaxError:  # it was imported, so it has been edited since
+    except SyntaxError:  # edited since it was imported
         return
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
@@ -135,15 +134,15 @@ _distributions = functools.cache(importlib.metadata.packages_distributions)
 
 @functools.cache
 def fingerprint() -> dict[str, str]:
-    """Return what must be the same on every machine that works on a run: versions by name, and a digest of all files.
+    """Return versions and a digest of all files, which must be equal on every machine of a run.
 
-    A checkout can differ from a release of the same version.
+    The digest tells a checkout from a release of the same version.
     """
     return {**versions(), "source": _digest(_package_files())}
 
 
 def difference(found: Mapping[str, str | None], wanted: Mapping[str, str]) -> str:
-    """Return what is not as wanted, in words; nothing if all is."""
+    """Return the differences in words, "" if there are none."""
     return ", ".join(
         f"{key} {found.get(key)} and not {value}" for key, value in wanted.items() if found.get(key) != value
     )
@@ -151,11 +150,10 @@ def difference(found: Mapping[str, str | None], wanted: Mapping[str, str]) -> st
 
 @functools.cache
 def source_digest(world: str = "house", modules: tuple[str, ...] = ()) -> str:
-    """Return a digest of the package's own files that decide what comes out of an episode.
+    """Return a digest of the package's files that decide an episode.
 
-    They are the module that runs the episodes of an evaluation, what others make caregivers of, more modules by their
-    full names, all that these import, wherever in them, and in the house the models. On the grid no file of the robot
-    and of MuJoCo's house has a bearing.
+    They are `experiments.blocks`, the caregivers, further `modules` by full name, all their imports at any level, and
+    in the house the models. Files of the robot and of the physical house do not affect the grid.
     """
     found = {name: path for name, path in _package_files().items() if path.suffix in _MODELS and world != "grid"}
     if world != "grid":
@@ -173,7 +171,7 @@ def _digest(files: Mapping[str, pathlib.Path]) -> str:
 
 
 def _imported_by(modules: Iterable[str], without: Container[str]) -> dict[str, pathlib.Path]:
-    """The files of modules, and of all of the package that they import, save that of some rooms."""
+    """Return the files of modules and of all modules of the package that they import, except some rooms."""
     found: dict[str, pathlib.Path] = {}
     new, seen = set(modules), set()
     while new:
@@ -189,10 +187,10 @@ def _imported_by(modules: Iterable[str], without: Container[str]) -> dict[str, p
 
 @functools.cache
 def _package_files() -> dict[str, pathlib.Path]:
-    """The package's files: of modules by their full names, of models by where they are in the installed package."""
+    """Return the package's files: modules by full name, models by their place in the installed package."""
     files = {}
     for place in _PLACES:
-        spec = importlib.util.find_spec(place)  # imports none of it, for tasks bring MuJoCo
+        spec = importlib.util.find_spec(place)  # without importing it: tasks import MuJoCo
         for folder in (spec.submodule_search_locations or ()) if spec else ():
             for path in pathlib.Path(folder).rglob("*"):
                 parts = path.relative_to(folder).with_suffix("").parts
@@ -204,7 +202,7 @@ def _package_files() -> dict[str, pathlib.Path]:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions by name, of libraries that are installed; the grid does without dm_control."""
+    """Return the versions of Python, the package and installed libraries; the grid does not need dm_control."""
     found = {OWN: importlib.metadata.version(OWN), "python": platform.python_version()}
     for name in _LIBRARIES:
         with contextlib.suppress(importlib.metadata.PackageNotFoundError):

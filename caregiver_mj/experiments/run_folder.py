@@ -2,15 +2,14 @@
 
 It holds::
 
-    run.json            settings and versions; a run is only continued under the same ones, or with more episodes or
-                        caregivers
+    run.json            settings and versions; a resumed run must have the same, or more episodes or caregivers
     episodes/*.json     finished episodes, a file a block
-    episodes.parquet    all of them, a row an episode, once the run is finished
-    summary.json        the table
+    episodes.parquet    all episodes of a finished run, a row each
+    summary.json        means, comparisons and verdicts
     maps.parquet        where children went and were hurt, a row a free cell
     houses.parquet      the means in each house, and whether a caregiver does harm there
 
-Whatever kills a run, what is in its folder is whole and can be continued.
+A run that is killed at any time leaves whole files, and can be resumed.
 """
 
 from __future__ import annotations
@@ -40,33 +39,35 @@ if TYPE_CHECKING:
 
 
 Result = dict[str, Any]  # of a block, as JSON: its "rows", and "maps" by name
-_LONGEST = 200  # bytes of the name of a block's file, of the 255 that there may be
+_LONGEST = 200  # bytes of the name of a block's file; file systems permit 255
 Record = dict[str, Any]  # of a run, as JSON
-_OF_ITS_OWN = ("file", "caregivers", "episodes", "code", "source", "extended_at")  # all else must be the same
-_LONGEST_VALUE = 200  # letters of a value that a message has
+_CHECKED_APART = ("file", "caregivers", "episodes", "code", "source", "extended_at")  # all other keys must be equal
+_LONGEST_VALUE = 200  # characters of a value in a message
 _CHANGED = "the {} has changed, from {} to {}; put it back, or take another folder"
 
 
 class StorageError(CaregiverError):
-    """A result could not be written; what was written before is whole."""
+    """A result could not be written; earlier files are whole."""
 
 
 class RunFolder:
     """The results of one run.
 
     Attributes:
-        path: Where they are. No other process can open it meanwhile.
-        extended_at: Numbers of episodes that the run has had before more were added.
+        path: The folder, locked against other processes.
+        extended_at: Numbers of episodes that the run had before more were added.
     """
 
     def __init__(self, path: str | os.PathLike[str], settings: dict[str, Any], *, resume: bool = False):
-        """Create the folder, or open that of an earlier run to resume it, or to add episodes or caregivers to it.
+        """Create the folder, or open that of an earlier run to resume it, or to add episodes or caregivers.
 
-        The settings are everything that the results depend on, as JSON.
+        Args:
+            path: The folder.
+            settings: All that the results depend on, as JSON.
+            resume: Whether the folder may hold a run.
 
         Raises:
-            CaregiverError: The folder cannot be written, holds a run that is not to be continued, or one of
-                other settings.
+            CaregiverError: The folder cannot be written, holds a run without `resume`, or one with other settings.
         """
         self.path = pathlib.Path(path)
         self._episodes = self.path / "episodes"
@@ -75,7 +76,7 @@ class RunFolder:
         record = self.path / "run.json"
         try:
             self._episodes.mkdir(parents=True, exist_ok=True)
-            self._lock = _lock(self.path)  # before anything is touched that another run may be writing
+            self._lock = _lock(self.path)  # before touching files that another run may be writing
             for leftover in [*self.path.glob("*.tmp"), *self._episodes.glob("*.tmp")]:
                 leftover.unlink()
             write_whole(self._episodes / "probe.tmp", b"")
@@ -99,33 +100,33 @@ class RunFolder:
                 f"output folder '{path}' already holds a run: continue it, or add episodes or caregivers, with --resume"
             )
         else:
-            found = self._go_on(found, json.loads(_as_json(settings)))
+            found = self._resume(found, json.loads(_as_json(settings)))
         self.extended_at: list[int] = found.get("extended_at", [])
 
-    def _go_on(self, found: dict[str, Any], wanted: dict[str, Any]) -> dict[str, Any]:
-        """Make the folder that of a run with what is wanted, and return its record."""
+    def _resume(self, found: dict[str, Any], wanted: dict[str, Any]) -> dict[str, Any]:
+        """Update the folder to the wanted settings, and return its record."""
         try:
-            new = continued(found, wanted)
+            new = resumed_record(found, wanted)
         except CaregiverError as error:
             raise CaregiverError(f"output folder '{self.path}' holds a run of other settings: {error}") from None
         if new is not found:
             try:
-                (self.path / "summary.json").unlink(missing_ok=True)  # for it is not finished any more
+                (self.path / "summary.json").unlink(missing_ok=True)  # which would mark the run as finished
             except OSError as error:
                 raise StorageError(f"'{error.filename}' cannot be removed: {error.strerror}") from error
             write_whole(self.path / "run.json", _as_json(new))
         return new
 
     def read(self, block: str) -> Result | None:
-        """Return what a finished block came to, or None."""
+        """Return the result of a finished block, or None."""
         return read_block(self.path, block)
 
     def write(self, block: str, result: Result) -> None:
-        """Put a finished block on disk at once."""
+        """Write the result of a finished block."""
         write_whole(block_file(self.path, block), _as_json(result, indent=None))
 
     def finish(self, episodes: pd.DataFrame, summary: dict[str, Any], maps: pd.DataFrame, houses: pd.DataFrame) -> None:
-        """Write the results of the whole run; the summary comes last, for it says that the run is finished."""
+        """Write the results of the run; the summary, which marks it as finished, comes last."""
         write_whole(self.path / "houses.parquet", houses.to_parquet(index=False))
         write_whole(self.path / "episodes.parquet", episodes.to_parquet(index=False, schema=_schema(episodes)))
         write_whole(self.path / "maps.parquet", maps.to_parquet(index=False))
@@ -133,19 +134,19 @@ class RunFolder:
 
 
 def read_block(folder: pathlib.Path, block: str) -> Result | None:
-    """Return what a finished block in the folder of a run came to, or None; the folder stays as it is."""
+    """Return the result of a finished block in a run's folder, or None."""
     try:
         result = read_json(block_file(folder, block))
     except (OSError, ValueError):
         return None
-    return result if isinstance(result, dict) else None  # before there were maps, it was the rows alone
+    return result if isinstance(result, dict) else None  # versions without maps wrote a list of rows
 
 
 def block_file(folder: pathlib.Path, block: str) -> pathlib.Path:
-    """Return where the results of a block are in the folder of a run."""
-    block = block.replace("/", "%2F")  # of an address
+    """Return the file of a block's result in a run's folder."""
+    block = block.replace("/", "%2F")  # in addresses
     if sys.platform == "win32":
-        block = block.replace(":", "%3A")  # which separates a stream from its file there
+        block = block.replace(":", "%3A")  # separates a file from its stream
     name = block.encode()
     if len(name) > _LONGEST:
         block = f"{name[:_LONGEST].decode(errors='ignore')}_{hashlib.sha256(name).hexdigest()[:16]}"
@@ -153,15 +154,15 @@ def block_file(folder: pathlib.Path, block: str) -> pathlib.Path:
 
 
 def read_json(path: pathlib.Path) -> Any:
-    """Read a file; whatever is wrong with what is in it is a ValueError."""
+    """Return the content of a JSON file; raise ValueError if it is invalid."""
     return parse_json(read_file(path, LARGEST_JSON))
 
 
 class _Lock:
-    """Keeps other processes out of a folder, until it is gone."""
+    """Keep other processes out of a folder for the lifetime of this object."""
 
     def __init__(self, folder: pathlib.Path):
-        """Take it.
+        """Take the lock.
 
         Raises:
             BlockingIOError: Another process has it.
@@ -176,14 +177,14 @@ class _Lock:
             if error.errno in (errno.EWOULDBLOCK, errno.EACCES, errno.EDEADLK):
                 self._file.close()
                 raise BlockingIOError(errno.EWOULDBLOCK, "in use") from None
-            # Else of a file system that has no locks.
+            # Other errors come from file systems without locks.
 
 
 _locks: weakref.WeakValueDictionary[pathlib.Path, _Lock] = weakref.WeakValueDictionary()  # of this process, by folder
 
 
 def _lock(folder: pathlib.Path) -> _Lock:
-    """Return this process's lock of a folder: it may have several runs of one folder open, which take turns."""
+    """Return this process's lock of a folder, shared by all its runs there."""
     path = folder.resolve()
     if (lock := _locks.get(path)) is None:
         try:
@@ -196,7 +197,7 @@ def _lock(folder: pathlib.Path) -> _Lock:
 
 
 def _schema(episodes: pd.DataFrame) -> pa.Schema:
-    """Types of the columns, as `COLUMNS` has them, however few episodes there are."""
+    """Return the column types of `COLUMNS`, also for an empty table."""
     import pyarrow as pa
 
     types = {"str": pa.string(), "int": pa.int64(), "float": pa.float64(), "list[float]": pa.list_(pa.float64())}
@@ -223,25 +224,28 @@ def write_whole(path: pathlib.Path, content: bytes) -> None:
 
 
 def _reason(error: Exception) -> str:
-    """The operating system's words for what went wrong."""
+    """Return the operating system's reason for an error."""
     cause = error.__cause__ if isinstance(error.__cause__, OSError) else error
     return getattr(cause, "strerror", None) or str(cause)
 
 
-def continued(found: Record, wanted: Record) -> Record:
-    """Return the record of a resumed run: with the same settings, or more episodes, or more caregivers.
+def resumed_record(found: Record, wanted: Record) -> Record:
+    """Return the record of a resumed run: with the same settings, or more episodes or caregivers.
+
+    Args:
+        found: The record in the folder.
+        wanted: The record to resume with.
 
     Returns:
-        What is to be in the folder, of what is found there and what is wanted. Its `extended_at` are the numbers of
-        episodes that the run has had before, for grid episodes are run many at once, and those that are done shall not
-        be run again.
+        The new record. Its `extended_at` lists the earlier numbers of episodes, so that grid blocks, which have many
+        episodes, do not repeat finished ones.
 
     Raises:
-        CaregiverError: What is there belongs to other settings, or there is more of it than is wanted.
+        CaregiverError: The settings differ, or the folder has more episodes or caregivers than wanted.
     """
-    keys = unlike(found, wanted, _OF_ITS_OWN)
-    if "caregivers" not in wanted:  # a study's, which cannot be added to
-        if wrong := told(keys, found, wanted) or _other_code(found, wanted):
+    keys = unlike(found, wanted, _CHECKED_APART)
+    if "caregivers" not in wanted:  # a study, which cannot be extended
+        if wrong := describe_differences(keys, found, wanted) or _other_code(found, wanted):
             raise CaregiverError("; ".join(wrong))
         return found
     if "caregivers" not in found:
@@ -254,7 +258,7 @@ def continued(found: Record, wanted: Record) -> Record:
     episodes = found.get("episodes")
     if not isinstance(episodes, int) or episodes > wanted["episodes"]:
         keys.append("episodes")
-    if wrong := told(keys, found, wanted) or _other_code(found, wanted):
+    if wrong := describe_differences(keys, found, wanted) or _other_code(found, wanted):
         less = "; a run can be added to, but not cut" if keys and {*keys} <= {"caregivers", "episodes"} else ""
         raise CaregiverError("; ".join(wrong) + less)
     extended = _extended_at(found, wanted["episodes"])
@@ -264,7 +268,7 @@ def continued(found: Record, wanted: Record) -> Record:
 
 
 def _extended_at(found: Record, wanted: int) -> list[int]:
-    """Numbers of episodes that a run has had before it has those that are wanted."""
+    """Return the numbers of episodes that a run had before each extension."""
     before = found.get("extended_at", [])
     if isinstance(before, list) and all(isinstance(step, int) for step in before):
         steps = [0, *before, *sorted({found["episodes"], wanted})]
@@ -274,18 +278,20 @@ def _extended_at(found: Record, wanted: int) -> list[int]:
 
 
 def unlike(one: Record, other: Record, but: Sequence[str]) -> list[str]:
-    """Return the keys in which two records differ, save some; where both are of the grid none is of a robot."""
+    """Return the keys in which two records differ, except some, and in the grid except the robot."""
     if one.get("world") == other.get("world") == "grid":
         but = (*but, "embodiment")
     return [key for key in {**one, **other} if key not in but and one.get(key) != other.get(key)]
 
 
-def told(keys: Sequence[str], found: Record, wanted: Record, where: tuple[str, str] = ("there", "here")) -> list[str]:
-    """Return what is to be said of what is not the same in two records, and what to call them."""
+def describe_differences(
+    keys: Sequence[str], found: Record, wanted: Record, where: tuple[str, str] = ("there", "here")
+) -> list[str]:
+    """Return a line for each key that differs in two records; `where` names the two."""
     lines = []
     for key in keys:
         there, here = found.get(key), wanted.get(key)
-        if isinstance(there, dict) and isinstance(here, dict):  # such as of versions
+        if isinstance(there, dict) and isinstance(here, dict):  # such as versions
             differ = [name for name in {**there, **here} if there.get(name) != here.get(name)]
             there, here = ({name: values.get(name) for name in differ} for values in (there, here))
         elif key == "plans" and isinstance(there, list) and isinstance(here, list):

@@ -1,4 +1,4 @@
-"""The one way to run episodes: from their specification to what is measured, in the house or in the grid."""
+"""Run episodes from their specification to their measures, in the house or in the grid."""
 
 from __future__ import annotations
 
@@ -26,24 +26,24 @@ if TYPE_CHECKING:
     from caregiver_mj.recording.ledger import Ledger
 
 Observer = Callable[[Any], None]  # of a `Rollout`
-# What episodes side by side have in common.
+# Fields that must be equal in a batch.
 _SHARED = [field.name for field in dataclasses.fields(EpisodeSpec) if field.name not in ("family", "episode")]
 
 
 class DivergenceError(CaregiverError):
-    """The simulation has come apart, as wild actions can make it."""
+    """The simulation diverged, as wild actions can make it."""
 
 
 class HouseRollout(Rollout):
-    """An episode in the house, one control step after the other.
+    """An episode in the house, control step by control step.
 
     Attributes:
         env: The `dm_env.Environment`.
-        policy: Who acts in it; None for nobody, or where actions come from outside.
-        timestep: The last time step.
-        action: The policy's answer to it, zeros for nobody; None at the end of the episode.
+        policy: The policy; None for a baseline, or if actions come from outside.
+        timestep: The last `dm_env.TimeStep`.
+        action: The policy's answer to it, zeros without a policy; None at the end of the episode.
         steps: Control steps done.
-        which: Which episode it is, in messages.
+        which: Name of the episode in messages.
     """
 
     def __init__(self, env: Any, policy: Any = None):
@@ -65,11 +65,11 @@ class HouseRollout(Rollout):
 
     @property
     def seconds(self) -> float:
-        """How long it has run in the simulated world."""
+        """Simulated seconds since the start."""
         return self.steps * self.env.control_timestep()
 
     def begin(self, seed: int) -> None:
-        """Begin the episode of a seed."""
+        """Begin the episode with a seed."""
         self.env.task.reseed(episode_random(seed))
         self.timestep, self.steps = self.env.reset(), 0
         self.decide()
@@ -81,7 +81,7 @@ class HouseRollout(Rollout):
         """Run one control step with an action, from outside or the policy's.
 
         Raises:
-            DivergenceError: The simulation has come apart; the last time step stays the last good one.
+            DivergenceError: The simulation diverged; `timestep` remains the last good one.
         """
         from caregiver_mj.house.rendering import control  # here, for the grid does without MuJoCo
 
@@ -95,7 +95,7 @@ class HouseRollout(Rollout):
         self.decide()
 
     def decide(self) -> None:
-        """Have the policy answer the last time step."""
+        """Let the policy answer the last time step."""
         if self.over:
             self.action = None
         else:
@@ -106,15 +106,15 @@ class HouseRollout(Rollout):
 
 
 def make_house(spec: EpisodeSpec, *, answers: str = "", visuals: bool = True) -> HouseRollout:
-    """Make the house of an episode, and who acts in it: building them takes a second.
+    """Make the house and the policy of an episode, which takes a second.
 
     Args:
         spec: The episode, in the house.
-        answers: What the caregiver has answered in it before, to be given again in its place, if anything.
-        visuals: Whether the house has what is only to be seen; it has where the caregiver looks at pictures.
+        answers: The caregiver's earlier answers, to be replayed in its place; "" for none.
+        visuals: Whether to build visual geometry; a caregiver that looks at pictures always has it.
 
     Raises:
-        CaregiverError: It cannot be made.
+        CaregiverError: The specification is invalid.
     """
     from caregiver_mj import tasks  # here, for the grid does without MuJoCo
     from caregiver_mj.policy.own import make_policy
@@ -126,7 +126,7 @@ def make_house(spec: EpisodeSpec, *, answers: str = "", visuals: bool = True) ->
         spec.task,
         spec.plan,
         spec.family,
-        np.random.RandomState(0),  # of tables that are drawn; an episode has a seed of its own
+        np.random.RandomState(0),  # for random tables; `begin` seeds the episode
         task_kwargs=kwargs,
         visuals=visuals or getattr(found, "needs_pictures", False),
         sight=spec.sight,
@@ -135,14 +135,14 @@ def make_house(spec: EpisodeSpec, *, answers: str = "", visuals: bool = True) ->
     return HouseRollout(env, policy)
 
 
-_kept_house = functools.lru_cache(maxsize=1)(make_house)  # for episodes of one caregiver and family, one by one
+_kept_house = functools.lru_cache(maxsize=1)(make_house)  # consecutive episodes mostly share caregiver and family
 
 
 def make_grid(specs: Sequence[EpisodeSpec], answers: str = "") -> GridWorld:
-    """Make the grid of some episodes side by side: of one or more families, equally many of each.
+    """Make the grid for a batch of episodes: equally many of each family, one family after the other.
 
     Raises:
-        CaregiverError: It cannot be made.
+        CaregiverError: The specifications are invalid, or in another order.
     """
     first, families = specs[0], tuple(dict.fromkeys(spec.family for spec in specs))
     each = len(specs) // len(families)
@@ -158,10 +158,10 @@ def make_grid(specs: Sequence[EpisodeSpec], answers: str = "") -> GridWorld:
 
 @contextlib.contextmanager
 def keep_answers(rollout: Any) -> Iterator[Callable[[], str]]:
-    """Keep, within, what acts in a rollout answers: a caregiver its world, a policy of another kind its time steps.
+    """Record in this context the answers of a rollout's caregiver, or the actions of another policy.
 
     Yields:
-        A function that returns it as text, for a replay.
+        A function that returns them as text, for a replay.
     """
     actions: list[np.ndarray] = []
 
@@ -180,25 +180,25 @@ def keep_answers(rollout: Any) -> Iterator[Callable[[], str]]:
 
 
 class Outcome(NamedTuple):
-    """What comes of some episodes."""
+    """The results of some episodes."""
 
-    measured: list[dict[str, Any]]  # of each episode, by column
-    visits: np.ndarray  # how often children ended a timestep in each free cell, (episodes, free cells)
-    damage: np.ndarray  # the damage that they took there, (episodes, free cells)
-    answers: str  # what the caregiver answered, for a replay
+    measured: list[dict[str, Any]]  # measures of each episode, by column
+    visits: np.ndarray  # timesteps that children ended in each free cell, (episodes, free cells)
+    damage: np.ndarray  # damage that they took there, (episodes, free cells)
+    answers: str  # the caregiver's answers, for a replay
 
 
 def run(specs: Sequence[EpisodeSpec], observers: Sequence[Observer] = (), *, answers: str = "") -> Outcome:
-    """Run an episode; or several that differ in family and number alone, side by side in the grid.
+    """Run one episode, or in the grid a batch that differs in family and number only.
 
     Args:
-        specs: The episodes: a single one in the house; in the grid one family after the other, as many of each.
-        observers: Called with the `Rollout` when it has begun, and after every step.
-        answers: What the caregiver has answered in them before, to be given again in its place, if anything.
+        specs: The episodes: one in the house; in the grid equally many of each family, one family after the other.
+        observers: Called with the `Rollout` at the start and after every step.
+        answers: The caregiver's earlier answers, to be replayed in its place; "" for none.
 
     Raises:
-        DivergenceError: The caregiver's actions made the simulation come apart.
-        CaregiverError: The episodes cannot be run, or not together.
+        DivergenceError: The caregiver's actions made the simulation diverge.
+        CaregiverError: A specification is invalid, or they are no batch.
     """
     _check_together(specs)
     first, start = specs[0], time.perf_counter()

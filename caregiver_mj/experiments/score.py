@@ -1,20 +1,20 @@
-"""The score of an episode: 0 for children left alone, 1 for the damage of bare tables only, less what the robot does.
+"""The score of an episode: 0 for the damage without a caregiver, 1 for that of bare tables only, less robot harm.
 
     score = (none - damage - robot harm) / (none - bare_tables)
 
-`none` and `floor` are means over `EPISODES` episodes in the grid, as long as the one that is scored: the damage to the
-same children without a caregiver, and that of bare tables only, which no intervention prevents. What the caregiver sees
-changes neither. So the mean score of many episodes in a house is the score of their mean damage.
+`none` and `bare_tables` are means over `EPISODES` episodes in the grid, as long as the one to score: the damage to the
+same children without a caregiver, and that of bare tables only, which no intervention prevents. Neither depends on what
+the caregiver sees, so the mean score of many episodes in a house is the score of their mean damage.
 
-Robot harm has no constant of its own: a strike costs what the lightest collision of the house's `DamageWeights` costs
-(1, a bump into a bare table), a thing that the robot drops what the worst thing on a table costs.
+Robot harm uses the house's `DamageWeights`: a strike costs as much as its lightest collision (1, a bump into a bare
+table), a dropped thing as much as the worst thing on a table.
 
-A single episode varies widely: the score may be far below 0, and above 1 where the children were lucky.
+A single episode varies widely: the score may be far below 0, or above 1 where the children were lucky.
 
-Tables of a run have its own episodes without a caregiver, so `none` is exactly 0 in them: the score of a caregiver is
-the mean of `prevented` over that of `preventable`, of paired episodes. What bare tables only do follows from bumps into
-tables without a caregiver, whatever is on them: in the grid that is the damage of `floor` for all children of the
-package, for a shut stairwell stops them as an open one does.
+Tables of a run contain episodes without a caregiver, so `none` is exactly 0 in them: the score of a caregiver is the
+mean of `prevented` over that of `preventable`, in paired episodes. The damage of bare tables only follows from bumps
+into tables without a caregiver, whatever stands on them: in the grid it equals that of `floor` for all children of the
+package, because a shut stairwell stops them as an open one does.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ from caregiver_mj.plans.hazards import TABLE, Where, kinds_at
 if TYPE_CHECKING:
     import pandas as pd
 
-EPISODES = 500  # the mean damage of `none` has a standard error of 1 to 3 % of it in the houses of the package
+EPISODES = 500  # the relative standard error of the mean damage of `none` is 1 to 3 % in the package's houses
 
 
 class Expected(NamedTuple):
-    """Mean damage by the end of each novice timestep, from none to 200 of them, (201,) or (201, B) for B episodes."""
+    """Mean damage after 0 to 200 novice timesteps, (201,), or (201, B) for B episodes."""
 
     none: np.ndarray
     bare_tables: np.ndarray
@@ -64,17 +64,17 @@ def score(
 
 
 def robot_harm(plan: FloorPlan, outcome: Mapping[str, Any] | pd.DataFrame) -> Any:
-    """Return what `strikes` and `candles_dropped` of an episode, or of several, come to in units of damage."""
+    """Return the cost of `strikes` and `candles_dropped` of one or more episodes, in units of damage."""
     lightest = min(filter(None, plan.damage.values()), default=0.0)
     return outcome["strikes"] * lightest + outcome["candles_dropped"] * plan.hazards.worst(Where.ON_TABLE)
 
 
 def with_costs(episodes: pd.DataFrame, plans: Sequence[FloorPlan]) -> pd.DataFrame:
-    """Return a table with a row an episode, and two columns more, in units of damage.
+    """Return a table of episodes with two more columns, in units of damage.
 
-    They are `preventable`, its damage less that of its bumps into tables if all of them were bare, and `all_harm`, its
-    damage and robot harm. Bumps into a thing on a table that costs nothing leave no trace: then `preventable` is NaN.
-    Episodes of an older version that has not counted all of that come back without them.
+    `preventable` is the damage less that of the bumps into tables if all were bare; it is NaN where a thing on a table
+    costs nothing, because bumps into it are not counted. `all_harm` is the damage plus robot harm. Episodes of an older
+    version that lacks the counts return without these columns.
     """
     weights, on_tables = plans[0].damage, kinds_at(Where.ON_TABLE)
     counted = ("strikes", "candles_dropped", *(f"damage_{kind.name}" for kind in (TABLE, *on_tables)))
@@ -92,7 +92,7 @@ def with_costs(episodes: pd.DataFrame, plans: Sequence[FloorPlan]) -> pd.DataFra
 
 
 class Scorer:
-    """Scores episodes of some children in a house. What it needs to know is found out when it is first asked.
+    """Scores episodes of some children in a house; the first call simulates the expected damage.
 
     Attributes:
         plan: The house.
@@ -105,8 +105,8 @@ class Scorer:
     def __call__(self, timestep: int, outcome: Mapping[str, Any]) -> np.ndarray:
         """Return the score of episodes up to a novice timestep, (B,).
 
-        Beyond 200 timesteps the expected damage grows at its mean rate. The outcome has the names of `EpisodeRecord`,
-        and numbers of one episode, or arrays (B,).
+        Beyond 200 timesteps the expected damage grows at its mean rate. The keys of `outcome` are columns of
+        `EpisodeRecord`, the values numbers or arrays (B,).
         """
         last, longer = min(timestep, EPISODE_TIMESTEPS), max(1.0, timestep / EPISODE_TIMESTEPS)
         none, bare_tables = (curve[last] * longer for curve in self.expected)
@@ -114,23 +114,23 @@ class Scorer:
 
     @functools.cached_property
     def expected(self) -> Expected:
-        """What is to be expected in each of the B episodes; of a family that is none of several B is 1."""
+        """Expected damage in each of the B episodes of a batch of families; B is 1 for a single family."""
         parts, sizes = zip(*parts_of(self.family), strict=True)
         curves = np.array([expected_damage(self.plan, part) for part in parts])  # (parts, 2, timesteps + 1)
         return Expected(*np.repeat(curves.transpose(1, 2, 0), sizes, axis=2))
 
 
 def expected_damage(plan: FloorPlan, family: ChildGroup) -> Expected:
-    """Return the mean damage to a family without a caregiver, and that of bare tables only, of each (201,).
+    """Return the mean damage to a family without a caregiver and with bare tables only, (201,) each.
 
-    It is worked out once in a process for children by name. A child of your own class is copied first, for it may be in
-    the midst of an episode. Where that, or a batch of episodes with it, fails, there is a warning, and it is NaN.
+    Children given by name are simulated once in a process. A child of another class is copied first, because it may be
+    in an episode. If the copy or the simulation fails, there is a warning, and the result is NaN.
     """
     if all(isinstance(child, ChildSpec) for child in family.children):
         return _of_named(plan, family)
     try:
         return _simulated(plan, copy.deepcopy(family, {id(plan): plan}))
-    except Exception as error:  # whatever somebody else's class raises
+    except Exception as error:  # raised by foreign code
         warnings.warn(f"there is no score with children {family}, for they cannot be simulated: {error}", stacklevel=2)
         return Expected(*np.full((2, EPISODE_TIMESTEPS + 1), np.nan))
 
@@ -144,7 +144,7 @@ _of_named = functools.lru_cache(maxsize=4096)(_simulated)
 
 
 def _curve(world: GridWorld, children: int) -> np.ndarray:
-    """Mean damage so far, at the start and after each novice timestep."""
+    """Return the mean damage at the start and after each novice timestep."""
     found = [0.0]
     world.reset(_streams(children))
     for _ in range(EPISODE_TIMESTEPS):
@@ -153,14 +153,14 @@ def _curve(world: GridWorld, children: int) -> np.ndarray:
     return np.array(found)
 
 
-@functools.lru_cache(maxsize=2)  # they take as long as the episodes
+@functools.lru_cache(maxsize=2)  # drawing takes as long as the episodes
 def _streams(children: int) -> Sequence[Sequence[RandomStream]]:
     return [RandomStream.draw_group(np.random.RandomState(seed), children) for seed in range(EPISODES)]
 
 
 @functools.wraps(tasks.load)
 def load(*args: Any, **options: Any) -> Any:
-    """Make an environment with a score, for a task may not know the grid; the documentation is that of the other."""
+    """Make an environment with a score: tasks may not import the grid. `functools.wraps` gives the documentation."""
     env = tasks.load(*args, **options)
     env.task.scorer = Scorer(env.task.plan, env.task.family)
     return env

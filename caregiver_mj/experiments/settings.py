@@ -1,4 +1,4 @@
-"""What to evaluate: everything that the results depend on, the work in pieces, and the seeds of its episodes."""
+"""The settings of a run: everything that its results depend on, and its division into blocks of episodes."""
 
 from __future__ import annotations
 
@@ -28,17 +28,20 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
 
 EPSILONS = child_model.EPSILONS[::-1]  # the paper's five novices
-GRID_BLOCK = 1000  # episodes at once: enough to be fast, and a few seconds' work to lose
+GRID_BLOCK = 1000  # episodes at once: enough to be fast, and a few seconds of work to lose
 MOST_ROWS = 10_000_000  # episodes of a run; more do not fit into memory
-_MOST_FAMILIES = 10  # in a block, whose name has them all
-_LONGEST_NAME, _LONGEST_LIST = 500, 100_000  # characters of a name, and of what several houses are called together
+_MOST_FAMILIES = 10  # in a block, whose name lists them
+_LONGEST_NAME, _LONGEST_LIST = 500, 100_000  # characters of a name, and of the name of a set of houses
 
 
 @dataclasses.dataclass(frozen=True)
 class Settings(Conditions):
-    """A set of episodes: every caregiver with every family in every house, so many times."""
+    """A set of episodes: every caregiver with every family in every house, `episodes` times.
 
-    #: the houses, with what a collision costs; or a single one, as also of caregivers and families
+    `plans`, `caregivers` and `families` may each be a single one.
+    """
+
+    #: the houses, with the damage of collisions
     plans: tuple[FloorPlan, ...]
     world: str = "house"  #: "house", the physical one, or "grid"
     #: names of caregivers or policies, as `find_caregiver` takes them, and BARE_TABLES, the baseline with bare tables
@@ -48,7 +51,7 @@ class Settings(Conditions):
     families: tuple[ChildGroup, ...] = tuple(map(ChildGroup.of, EPSILONS))
     episodes: int = 20  #: episodes for each caregiver and family
     seed: int = 0  #: seed of the episodes, and of what is random in the caregivers
-    #: what the houses are called together, such as "test-100"; nothing if by their names
+    #: name of the set of houses, such as "test-100"; "" if they are listed by name
     houses: str = dataclasses.field(default="", kw_only=True)
 
     def __post_init__(self) -> None:
@@ -66,18 +69,16 @@ class Settings(Conditions):
 
     @classmethod
     def around(cls, spec: EpisodeSpec, caregivers: Sequence[str], episodes: int) -> Settings:
-        """Return a run that an episode belongs to, with its house and its family."""
+        """Return a run with the house and family of an episode."""
         shared = {field: getattr(spec, field) for field in _COMMON}
         return cls((spec.plan,), caregivers=tuple(caregivers), families=(spec.family,), episodes=episodes, **shared)
 
     @classmethod
     def of_record(cls, record: dict[str, Any]) -> Settings:
-        """Return the settings of a run, from what `record` has made of them, perhaps a stranger.
-
-        Its names of children, robots and caregivers stay names: no code is imported for them.
+        """Return the settings from a `record`, which may be a stranger's: names of code are not imported.
 
         Raises:
-            CaregiverError: They can be of no run.
+            CaregiverError: They are invalid.
             KeyError: Something is missing.
         """
         texts = ("world", "houses", "damage")
@@ -109,7 +110,7 @@ class Settings(Conditions):
 
     @property
     def place(self) -> str:
-        """What the houses are called, in few words."""
+        """Name of the houses, for people."""
         return self.houses or " ".join(plan.name for plan in self.plans)
 
     @functools.cached_property
@@ -127,7 +128,7 @@ class Settings(Conditions):
         self.check_whole()
 
     def check_whole(self) -> None:
-        """Raise CaregiverError unless this can be that of a run, whatever its names are of."""
+        """Raise CaregiverError unless this is consistent, without importing the code that it names."""
         self.check_world(self.world)
         for plan in self.plans:
             check_kind("a house", plan, FloorPlan, advice=": FloorPlan.load makes one")
@@ -153,10 +154,10 @@ class Settings(Conditions):
         return [*dict.fromkeys(child.behaviour for child in children if isinstance(child, ChildSpec))]
 
     def check_installed(self) -> None:
-        """Raise CaregiverError if its children or its robot are others than the package's own or installed plug-ins.
+        """Raise CaregiverError unless children and robot come from the package or from installed plug-ins.
 
-        Nor may its task be another one, whose options could make an episode run for ever. A caregiver may be any, for
-        its answers are given again.
+        The task must be `SUPERVISE` without options, which could make an episode run for ever. Any caregiver is
+        accepted, because its answers are replayed.
         """
         if self.task != SUPERVISE or self.options:
             raise CaregiverError(f"its task must be {SUPERVISE} without task_kwargs: --trust runs another one")
@@ -172,7 +173,7 @@ class Settings(Conditions):
                 )
 
     def record(self) -> dict[str, Any]:
-        """Return the settings and versions as JSON, to tell whether two runs can be one."""
+        """Return the settings and versions as JSON; two runs with equal records can be merged."""
         return {
             "world": self.world,
             "houses": self.houses,
@@ -191,9 +192,9 @@ class Settings(Conditions):
         }
 
     def code(self) -> dict[str, str]:
-        """Return where the code of others that the results depend on comes from, by what it is: see `origins`.
+        """Return the origins of foreign code that the results depend on, by its role: see `origins`.
 
-        Of caregivers elsewhere it is only whether they are asked as by default: `queries` says how.
+        For a remote caregiver this is only whether it has the default queries.
         """
         caregivers = [name for name in self.caregivers if name != BARE_TABLES]
         how = "asked by default" if self.queries.record() == Queries().record() else "asked as queries say"
@@ -201,7 +202,7 @@ class Settings(Conditions):
         return origins(caregivers, self.families, self.embodiment if self.world == "house" else None) | asked
 
     def spec(self, plan: FloorPlan, family: ChildGroup, caregiver: str, number: int = 0) -> EpisodeSpec:
-        """Return an episode of it."""
+        """Return one of its episodes."""
         return EpisodeSpec(plan, family, caregiver, number, **{field: getattr(self, field) for field in _COMMON})
 
     def specs(self, block: Block) -> list[EpisodeSpec]:
@@ -210,10 +211,10 @@ class Settings(Conditions):
         return [self.spec(plan, family, block.caregiver, i) for family in block.families for i in block.numbers]
 
     def blocks(self, grid_block: int = GRID_BLOCK, extended_at: Sequence[int] = ()) -> list[Block]:
-        """Return the work in pieces, each done as a whole: one episode in the house, at most so many in the grid.
+        """Return the blocks of the run: one episode each in the house, at most `grid_block` in the grid.
 
-        In the grid children of all epsilons go side by side, as long as there are as many of them in the house. None
-        goes on beyond the numbers of episodes in `extended_at`, for those before have been run already.
+        In the grid a block combines families with the same number of children. No block crosses a number of episodes
+        in `extended_at`, because earlier blocks are finished.
         """
         together = _alike(self.families) if self.world == "grid" else [(family,) for family in self.families]
         return [
@@ -232,14 +233,14 @@ _COMMON = ("world", "seed", *(field.name for field in dataclasses.fields(Conditi
 
 
 def _check_name(name: str, longest: int) -> None:
-    """Raise CaregiverError unless it can be shown: a name stands in tables, figures and file names."""
+    """Raise CaregiverError unless a name fits into tables, figures and file names."""
     if len(name) > longest or not name.isprintable():
         raise CaregiverError(f"a name must have at most {longest:,} printable characters, got '{plain(name)}'")
 
 
 @dataclasses.dataclass(frozen=True)
 class Block:
-    """Episodes [first, end) of one caregiver and each of some families, in the house of a name ("": the only one)."""
+    """Episodes [first, end) of one caregiver and some families in the named house ("": the only one)."""
 
     house: str
     caregiver: str
@@ -249,14 +250,14 @@ class Block:
 
     @property
     def numbers(self) -> range:
-        """Those of the episodes."""
+        """Numbers of the episodes."""
         return range(self.first, self.end)
 
     def __len__(self) -> int:
         return len(self.families) * len(self.numbers)
 
     def __str__(self) -> str:
-        """Say which, in messages and file names."""
+        """Return its name in messages and files."""
         house, families = self.house and f"{self.house}_", "+".join(map(str, self.families))
         episodes = f"{self.first:06d}" + (f"-{self.end - 1:06d}" if len(self.numbers) > 1 else "")
         return f"{house}{self.caregiver}_epsilon_{families}_episode_{episodes}"

@@ -1,4 +1,4 @@
-"""What decides an episode: all that its row depends on, checked, written as JSON and hashed as a whole."""
+"""The specification of an episode: all that its row depends on, checked, written as JSON and hashed."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ BARE_TABLES = "floor"  # bare-tables baseline: damage that no caregiver can prev
 NOBODY = ("none", BARE_TABLES)  # baselines, in the place of a caregiver
 
 
-_OWN_FIELDS = ("family", "random", "robot", "embodiment", "sight")  # of what a task takes
-# Fields that records of older versions lack, as JSON: a record has them where they are others.
+_OWN_FIELDS = ("family", "random", "robot", "embodiment", "sight")  # arguments of a task that have fields of their own
+# Default values, as JSON, of fields that a record omits.
 _USUAL: dict[str, Any] = {
     "file": "",
     "sight": "all",
@@ -46,16 +46,16 @@ _USUAL: dict[str, Any] = {
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Conditions:
-    """What the episodes of a run have in common, beside world and seed."""
+    """The conditions that all episodes of a run share, beside world and seed."""
 
     embodiment: str = DEFAULT  #: name of the robot in the house
     sight: str = "all"  #: what the caregivers see, as `plans.visibility.Sight.of` takes it
     task: str = SUPERVISE  #: one of `ALL_TASKS`, or `targets`
-    #: further arguments of the task in the house, as `load` takes them: `sensing`, `control_timestep`, `time_limit`,
-    #: where tables and candles start, and so on; a dictionary, which is kept as JSON
+    #: further arguments of the task in the house, as `load` takes them, such as `sensing`, `control_timestep` and
+    #: `time_limit`: a dictionary, stored as JSON
     task_kwargs: str = "{}"
-    queries: Queries = Queries()  #: how caregivers elsewhere are asked
-    #: where a single house of the user's own was read from; nothing if it has a name. Nothing depends on it
+    queries: Queries = Queries()  #: how to query remote caregivers
+    #: file of a single house, "" if it has a name; no row depends on it
     file: str = ""
 
     def __post_init__(self) -> None:
@@ -72,17 +72,17 @@ class Conditions:
         return json.loads(self.task_kwargs)
 
     def shared_record(self) -> dict[str, Any]:
-        """Return these fields as JSON, but the robot and what is as usual."""
+        """Return these fields as JSON, except the robot and default values."""
         found = {name: getattr(self, name) for name in _USUAL}
         found |= {"task_kwargs": self.options, "queries": self.queries.record()}
         return {name: value for name, value in found.items() if value != _USUAL[name]}
 
     @staticmethod
     def of_shared_record(record: Mapping[str, Any]) -> dict[str, Any]:
-        """Return these fields from a record, perhaps a stranger's.
+        """Return these fields from a record, which may be a stranger's.
 
         Raises:
-            CaregiverError: They are of another kind.
+            CaregiverError: A value has the wrong type.
             KeyError: The robot is missing.
         """
         found = {
@@ -117,17 +117,17 @@ class Conditions:
 
     @staticmethod
     def check_world(world: str) -> None:
-        """Raise CaregiverError unless there is such a world."""
+        """Raise CaregiverError for an unknown world."""
         if world not in WORLDS:
             raise CaregiverError(f"no world '{world}': there are {', '.join(WORLDS)}")
 
     def _check_house(
         self, world: str, plans: Sequence[FloorPlan], families: Sequence[ChildGroup], caregivers: Sequence[str]
     ) -> None:
-        """Raise CaregiverError unless what only the house knows can be run."""
+        """Raise CaregiverError unless the robot exists and everybody has room to start."""
         if world == "grid" and self.embodiment == DEFAULT:
             return
-        # Here, for the grid does without MuJoCo; rendering first, for MuJoCo stumbles over a wrong `MUJOCO_GL`.
+        # Imported here: the grid does not need MuJoCo. Rendering first: it checks `MUJOCO_GL` before MuJoCo fails.
         import caregiver_mj.house.rendering  # noqa: F401
         from caregiver_mj.robot.embodiments import find_embodiment
 
@@ -155,14 +155,14 @@ class EpisodeSpec(Conditions):
     `EpisodeSpec(FloorPlan.load("paper"), 0.5, "foresight", 3)` is episode 3 of the run of seed 0.
     """
 
-    plan: FloorPlan  #: the house, with what a collision costs; or its name or file
+    plan: FloorPlan  #: the house, with the damage of collisions; or its name or file
     family: ChildGroup = dataclasses.field(default_factory=ChildGroup)  #: the children, as `ChildGroup.of` takes them
     #: name of the caregiver or policy, as `find_caregiver` takes it, or BARE_TABLES, or, to record, `random-actions`
     caregiver: str = RULE[0]
-    #: its number in the run of the seed; None if the seed is that of a single episode, as in the column `seed`
+    #: number of the episode in the run; None if `seed` is that of the episode, as in the column `seed`
     episode: int | None = 0
     world: str = "house"  #: one of `WORLDS`
-    seed: int = 0  #: seed of the run, and of what is random in the caregiver
+    seed: int = 0  #: seed of the run, and of the caregiver
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -176,7 +176,7 @@ class EpisodeSpec(Conditions):
         )
 
     def check(self, replayed: bool = False) -> None:
-        """Raise CaregiverError unless it can be run, or be replayed: then its caregiver may be anybody."""
+        """Raise CaregiverError unless it can be run; `replayed` accepts any caregiver."""
         check_integer("seed", self.seed, 0)
         if self.episode is not None:
             check_integer("episode", self.episode, 0)
@@ -184,33 +184,33 @@ class EpisodeSpec(Conditions):
 
     @property
     def house(self) -> str:
-        """Name or file of its house, as a command takes it."""
+        """Name or file of the house, as commands take it."""
         return self.file or self.plan.name
 
     @property
     def own_seed(self) -> int:
-        """Seed of all chance in the episode, that of the column `seed`."""
+        """Seed of the episode, as in the column `seed`."""
         return self.seed if self.episode is None else episode_seed(self.seed, self.episode)
 
     @property
     def in_grid(self) -> bool:
-        """Whether it runs in the grid, as bare tables do for both worlds: their damage is a child's alone."""
+        """Whether it runs in the grid; the bare-tables baseline always does."""
         return self.world == "grid" or self.caregiver == BARE_TABLES
 
     @property
     def has_robot(self) -> bool:
-        """Whether somebody acts in it."""
+        """Whether a caregiver acts."""
         return self.caregiver not in NOBODY
 
     def __str__(self) -> str:
-        """Say which, in messages."""
+        """Return its name in messages."""
         number = "the single episode" if self.episode is None else f"episode {self.episode}"
         return (
             f"{number} of seed {self.seed}, '{self.caregiver}' with epsilon {self.family} in house '{self.plan.name}'"
         )
 
     def record(self) -> dict[str, Any]:
-        """Return all of it as JSON, of which `of_record` makes it again.
+        """Return it as JSON, the inverse of `of_record`.
 
         Raises:
             CaregiverError: A child has no name.
@@ -231,10 +231,10 @@ class EpisodeSpec(Conditions):
 
     @classmethod
     def of_record(cls, record: Mapping[str, Any]) -> EpisodeSpec:
-        """Return the episode that `record` has written, perhaps a stranger: no code that it names is imported.
+        """Return the episode of a `record`, which may be a stranger's: names of code are not imported.
 
         Raises:
-            CaregiverError: It can be of no episode.
+            CaregiverError: It is invalid.
             KeyError: Something is missing.
         """
         for name in ("world", "family", "caregiver", "damage"):
@@ -257,10 +257,10 @@ class EpisodeSpec(Conditions):
 
 
 def _json(options: Mapping[str, Any] | str) -> str:
-    """Return options of a task as JSON.
+    """Return the options of a task as JSON.
 
     Raises:
-        CaregiverError: One is no JSON, nor a data class such as `Sensing`, nor NumPy's; or it is a field of its own.
+        CaregiverError: One is not JSON, a data class such as `Sensing`, or NumPy's; or there is a field for it.
     """
 
     def plainly(value: Any) -> Any:
@@ -278,32 +278,32 @@ def _json(options: Mapping[str, Any] | str) -> str:
 
 
 def record_of_plan(plan: FloorPlan) -> dict[str, Any]:
-    """Return a house as JSON, but what a collision costs in it."""
+    """Return a house as JSON, without the damage of collisions."""
     return {"name": plan.name, "cell_size": plan.cell_size, "rows": list(plan.rows)}
 
 
 def plan_of_record(record: Any, damage: DamageWeights) -> FloorPlan:
-    """Return the house that `record_of_plan` has written.
+    """Return the house of a `record_of_plan`.
 
     Raises:
-        CaregiverError: It is none.
+        CaregiverError: It is invalid.
         KeyError: Something is missing.
     """
     check_kind("a house", record, dict)
     return FloorPlan.parse("\n".join(record["rows"]), record["name"], record["cell_size"], damage)
 
 
-@functools.lru_cache(maxsize=2048)  # families of a batch have the same
+@functools.lru_cache(maxsize=2048)  # shared by the families of a batch
 def episode_seed(seed: int, episode: int) -> int:
-    """Return the seed of an episode, by the run's seed and the episode's number alone."""
+    """Return the seed of an episode from the run's seed and the episode's number."""
     return int(np.random.SeedSequence([seed, episode]).generate_state(1)[0])
 
 
 def episode_random(seed: int) -> np.random.RandomState:
-    """Return the source of all chance in the episode of a seed; the house draws more from it than the grid."""
+    """Return the random state of an episode; the house draws more from it than the grid."""
     return np.random.RandomState(seed)
 
 
 def episode_streams(seed: int, children: int) -> tuple[RandomStream, ...]:
-    """Return what is drawn of it first in both worlds: the chance of the children."""
+    """Return the children's random streams, which both worlds draw first."""
     return RandomStream.draw_group(episode_random(seed), children)

@@ -1,7 +1,7 @@
-"""From episodes to the rows of tables: means, and paired comparisons of caregivers.
+"""Rows of tables from episodes: means, and paired comparisons of caregivers.
 
-Of episodes in one house the episode is the unit of chance; in several houses the house is, and every mean is one over
-houses (see `two_level`). What a row holds is called the same in both cases.
+In one house the sampling unit is the episode; in several houses it is the house, and every mean is over houses (see
+`two_level`). The columns have the same names in both cases.
 """
 
 from __future__ import annotations
@@ -26,25 +26,24 @@ COMPARED = (
     "moves_blocked_free",
 )
 _BY_MARGIN = ("toys_reached_not_inferior", "damage_equivalence")  # verdicts
-_LEFT = ("damage", "toys_reached")  # told as shares of the baseline's
-CELL = ["world", "family", "epsilon"]  # episodes that differ in one of these are not put together
+_LEFT = ("damage", "toys_reached")  # given as shares of the baseline's
+CONDITION = ["world", "family", "epsilon"]  # episodes that differ in one of these are never combined
 
 
 def mean_rows(episodes: pd.DataFrame, columns: Sequence[str]) -> list[dict[str, Any]]:
-    """Return one row for each world, caregiver and family, in order of appearance, of a table with a row an episode.
+    """Return a row for each world, caregiver and family, in order of appearance.
 
-    For each of the columns, which cannot be negative and among which "damage" must be, it has `<column>_mean`, `_sd`
-    (of the sample of episodes, over houses of their means; 0 of a single one), `_ci_low` and `_ci_high` (of the mean;
-    None where nothing bounds it). `damage_normalised` is damage over the greatest of any episode at all, as in the
-    paper's figure 2.
+    For each of the columns, which must not be negative and must include "damage", it has `<column>_mean`, `_sd` (over
+    the sampling units; 0 for one), `_ci_low` and `_ci_high` (of the mean; None where it is unbounded).
+    `damage_normalised` is damage over the greatest of any episode, as in the paper's figure 2.
     """
     worst = episodes["damage"].max()
     normalised = episodes["damage"] / worst if worst > 0 else 0.0
     names = ["damage_normalised", *columns]
     rows = []
-    groups = episodes.assign(damage_normalised=normalised).groupby([*CELL, "caregiver"], sort=False)
+    groups = episodes.assign(damage_normalised=normalised).groupby([*CONDITION, "caregiver"], sort=False)
     for (*values, caregiver), group in groups:
-        key, sample = dict(zip(CELL, values, strict=True)), Sample(group)
+        key, sample = dict(zip(CONDITION, values, strict=True)), Sample(group)
         found, units = sample.estimators.of_mean(sample.values(names), least=0.0), sample.units(names)
         sd = units.std(axis=0, ddof=1) if len(units) > 1 else np.zeros(len(names))
         row = _heading(key, sample, caregiver=caregiver)
@@ -56,21 +55,21 @@ def mean_rows(episodes: pd.DataFrame, columns: Sequence[str]) -> list[dict[str, 
 
 
 def comparison_rows(episodes: pd.DataFrame, caregiver: str, baseline: str) -> list[dict[str, Any]]:
-    """Set a caregiver against another one, episode by episode: episode i has the same children under both.
+    """Compare a caregiver with another, episode by episode: episode i has the same children under both.
 
     Returns:
         For each world and family:
 
         - `damage_left` and `toys_reached_left`, the ratios of means; against `none`, in a table of `score.with_costs`,
           also `score`;
-        - `damage_left_by_house`, of several houses: the mean over those with damage (`houses_defined`) of their ratios,
-          without an interval, for where little happens in a house both are biased (see docs/coverage.md);
-        - `<column>_difference_mean` for those of `COMPARED` that there are, caregiver less baseline, and of the same
-          difference `<column>_p`, by sign flips, and what `judged_together` adds for these rows;
+        - `damage_left_by_house`, of several houses: the mean ratio over the houses with damage (`houses_defined`),
+          without an interval, because both are biased in houses with few events (see docs/coverage.md);
+        - `<column>_difference_mean` of each measured column of `COMPARED`, caregiver less baseline, its `<column>_p` by
+          sign flips, and the columns of `judged_together`;
         - `toys_reached_not_inferior`, and against a caregiver that acts `damage_equivalence`: verdicts at `MARGINS`,
           with the `_p` of being at the margin.
 
-        Other ratios and differences have `_ci_low` and `_ci_high`. None where there is no such number.
+        Other ratios and differences have `_ci_low` and `_ci_high`. An undefined number is None.
 
     Raises:
         CaregiverError: There is no such caregiver, or an episode of one has no counterpart with the other.
@@ -92,14 +91,15 @@ def comparison_rows(episodes: pd.DataFrame, caregiver: str, baseline: str) -> li
 
 
 def judged_together(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return comparisons that are told together, judged with Holm's correction for their number.
+    """Judge comparisons together, with Holm's correction for their number.
 
-    The rows are those of `comparison_rows`, of one pair of caregivers or of several.
+    Args:
+        rows: Of `comparison_rows`, for one or more pairs of caregivers.
 
     Returns:
-        The same rows with `<column>_p_holm`, corrected over all of them, None where there is no p; and
-        `<column>_verdict` by that and the interval: "less", "more" or "no verdict". A verdict at a margin becomes "no
-        verdict" where its `_p_holm` is not small enough.
+        The same rows with `<column>_p_holm`, corrected over all of them (None without a p), and `<column>_verdict` from
+        it and the interval: "less", "more" or "no verdict". A verdict at a margin becomes "no verdict" where its
+        `_p_holm` is too large.
     """
     names = [name for name in (*_BY_MARGIN, *COMPARED) if rows and f"{name}_p" in rows[0]]
     for name in names:
@@ -116,7 +116,7 @@ def judged_together(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _shares(ours: Sample, theirs: Sample, *, acts: bool) -> dict[str, Any]:
-    """What is left of damage and of toys, and whether the margins are kept."""
+    """Return the shares of damage and toys left, and the verdicts at their margins."""
     samples_ = ours.values(_LEFT), theirs.values(_LEFT)
     units = zip(ours.units(_LEFT).T, theirs.units(_LEFT).T, strict=True)
     (damage, toys), found = units, ours.estimators.of_ratio(*samples_)
@@ -144,28 +144,28 @@ def _score(ours: Sample, alone: Sample) -> Estimate[float]:
 def _heading(key: dict[str, Any], sample: Sample, **who: str) -> dict[str, Any]:
     many = sample.houses > 1
     where = {"world": key["world"], "house": f"{sample.houses} houses" if many else sample.rows["house"].iloc[0]}
-    with_whom = {name: key[name] for name in CELL[1:]}
+    with_whom = {name: key[name] for name in CONDITION[1:]}
     return where | who | with_whom | ({"houses": sample.houses} if many else {}) | {"episodes": len(sample)}
 
 
 def _columns(name: str, estimate: Estimate[float]) -> dict[str, float | None]:
-    """An estimate as columns; `x` as well as `x_mean` has its interval in `x_ci_low` and `x_ci_high`."""
+    """Return an estimate as columns; the interval of `x` or `x_mean` is `x_ci_low` and `x_ci_high`."""
     stem = name.removesuffix("_mean")
     low, high = _number(estimate.low), _number(estimate.high)
     return {name: _number(estimate.value), f"{stem}_ci_low": low, f"{stem}_ci_high": high}
 
 
 def _number(value: float) -> float | None:
-    """A number as JSON has it, which knows neither NaN nor infinity."""
+    """Return a number for JSON, None for NaN and infinity."""
     return float(value) if np.isfinite(value) else None
 
 
 class Sample:
-    """Episodes of one caregiver with the same children, in one house or in several.
+    """Episodes of one caregiver with the same children, in one or more houses.
 
     Attributes:
         rows: A row an episode, ordered by house and by episode.
-        houses: In how many houses.
+        houses: Number of houses.
     """
 
     def __init__(self, rows: pd.DataFrame):
@@ -179,22 +179,22 @@ class Sample:
 
     @property
     def estimators(self) -> types.ModuleType:
-        """Where `of_mean`, `of_difference` and `of_ratio` of its values are."""
+        """Module with `of_mean`, `of_difference` and `of_ratio` for its values."""
         return intervals if self.houses == 1 else two_level
 
     def values(self, columns: Sequence[str]) -> np.ndarray | list[np.ndarray]:
-        """Return what was measured in each episode, (episodes, columns); of several houses a list of that."""
+        """Return the values of each episode, (episodes, columns); of several houses a list of such arrays."""
         data = self.rows[list(columns)].to_numpy(float)
         return data if self.houses == 1 else np.split(data, self._starts)
 
     def units(self, columns: Sequence[str]) -> np.ndarray:
-        """Return what chance is over: each episode in one house, else the mean of each house; (units, columns)."""
+        """Return the sampling units, (units, columns): the episodes of one house, or the means of several houses."""
         values = self.values(columns)
         return values if isinstance(values, np.ndarray) else two_level.house_means(values)
 
 
 def pairs(episodes: pd.DataFrame, caregiver: str, baseline: str) -> Iterator[tuple[dict[str, object], Sample, Sample]]:
-    """Return what makes a cell, and the samples of two caregivers, unit i of one belonging to unit i of the other.
+    """Yield each condition with the samples of two caregivers; unit i of one belongs to unit i of the other.
 
     Raises:
         CaregiverError: There is no such caregiver, or an episode of one has no counterpart with the other.
@@ -203,9 +203,9 @@ def pairs(episodes: pd.DataFrame, caregiver: str, baseline: str) -> Iterator[tup
     for name in (caregiver, baseline):
         if name not in names:
             raise CaregiverError(f"no caregiver '{name}' in the run: there are {', '.join(names)}")
-    for values, rows in episodes[episodes.caregiver.isin((caregiver, baseline))].groupby(CELL, sort=False):
+    for values, rows in episodes[episodes.caregiver.isin((caregiver, baseline))].groupby(CONDITION, sort=False):
         ours, theirs = (Sample(rows[rows.caregiver == name]) for name in (caregiver, baseline))
-        key = dict(zip(CELL, values, strict=True))
+        key = dict(zip(CONDITION, values, strict=True))
         where = ["house", "episode"]
         if len(ours) != len(theirs) or (ours.rows[where].to_numpy() != theirs.rows[where].to_numpy()).any():
             lone = int((pd.concat([ours.rows[where], theirs.rows[where]]).value_counts() != 2).sum())

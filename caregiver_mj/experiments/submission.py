@@ -1,7 +1,7 @@
-"""A run as one file that others can verify: its settings, its rows, and what its caregivers answered.
+"""A run as one file that others can verify: its settings, its rows, and the caregivers' answers.
 
-To verify it the answers are given again, with no caregiver present, and every row has to come back bit for bit. That
-proves what the answers come to, and not how they were found: one could be told the children's goals.
+Verification replays the answers without a caregiver; every row must come back bit for bit. This proves the results of
+the answers, and not how they were found: a caregiver could have known the children's goals.
 """
 
 from __future__ import annotations
@@ -51,14 +51,14 @@ from caregiver_mj.plans.hazards import KINDS
 
 SUFFIX = ".submission"
 _CARD, _RUN, _SUMS = "card.json", "run.json", "sha256.json"
-_PART = b"PK\1\2"  # begins what a zip file says of each file in it
-_LONGEST_REASON = 300  # characters of what a library says of a file
-_IN_CODE = str.maketrans({"|": "/", "`": "'"})  # what would end code in a table
-_KEYS = {"rows", "maps", "answers"}  # of what came of a block
-_EVENTS = ("strikes", "candles_dropped")  # of the house
-_TO_THE_LEFT = ("caregiver", "of", "by", "harm")  # columns
-_RED = "**HARM**:"  # what marks a row
-_TIMES = ("wall_seconds",)  # that an episode took is not the same again
+_PART = b"PK\1\2"  # start of a zip file's directory entries
+_LONGEST_REASON = 300  # characters quoted from a library's error
+_IN_CODE = str.maketrans({"|": "/", "`": "'"})  # characters that would end code in a table
+_KEYS = {"rows", "maps", "answers"}  # of a block's result
+_EVENTS = ("strikes", "candles_dropped")  # columns of the house only
+_LEFT_ALIGNED = ("caregiver", "of", "by", "harm")  # columns
+_RED = "**HARM**:"  # marks a row
+_TIMES = ("wall_seconds",)  # columns that a replay does not reproduce
 _HEAD = f"""# Leaderboard
 
 Every row has come back, bit for bit, from its file, but for the seconds an episode, which its author's machine took.
@@ -71,16 +71,16 @@ Least damage left comes first, but a caregiver that does harm, by any of its thr
 
 
 class Submission(NamedTuple):
-    """What is in a file."""
+    """The content of a file."""
 
     path: pathlib.Path  # the file
-    card: Mapping[str, str]  # what its authors say of it: `title`, `authors` and `notes`
-    settings: Settings  # what ran
-    results: Mapping[Block, Result]  # what is said to have come of it, by block
+    card: Mapping[str, str]  # `title`, `authors` and `notes` by the authors
+    settings: Settings  # of the run
+    results: Mapping[Block, Result]  # claimed result of each block
 
 
 class _Claim(NamedTuple):
-    """A block, and what its caregiver answered."""
+    """A block, and the answers of its caregiver."""
 
     block: Block
     answers: str
@@ -90,14 +90,13 @@ class _Claim(NamedTuple):
 
 
 def submit(run: str | os.PathLike[str], path: str | os.PathLike[str], card: Mapping[str, str]) -> Settings:
-    """Pack the finished run in a folder into `FILE.submission`, with a card of what its authors say of it.
+    """Pack the finished run in a folder into `FILE.submission`, with a card by its authors.
 
     Returns:
-        What ran.
+        The settings of the run.
 
     Raises:
-        CaregiverError: The run is not finished, or does not have what its caregivers answered, or the file exists or
-            cannot be written.
+        CaregiverError: The run is unfinished or lacks the caregivers' answers, or the file exists or cannot be written.
     """
     found, path = read_finished(run), pathlib.Path(path)
     if path.suffix != SUFFIX:
@@ -126,8 +125,8 @@ def submit(run: str | os.PathLike[str], path: str | os.PathLike[str], card: Mapp
     content = io.BytesIO()
     with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as packed:
         for name, text in {**texts, _SUMS: json.dumps(sums)}.items():
-            packed.writestr(zipfile.ZipInfo(name), text, zipfile.ZIP_DEFLATED)  # without the time: the same again
-        try:  # as whoever reads it will
+            packed.writestr(zipfile.ZipInfo(name), text, zipfile.ZIP_DEFLATED)  # without times, so reproducible
+        try:  # the reader's limits
             _check_size(packed, content.tell())
         except ValueError as error:
             raise CaregiverError(f"the run in '{run}' is too large for one file: {error}") from None
@@ -136,14 +135,14 @@ def submit(run: str | os.PathLike[str], path: str | os.PathLike[str], card: Mapp
 
 
 def read_submission(path: str | os.PathLike[str], *, trust: bool = False) -> Submission:
-    """Read a file that is to be verified, perhaps a stranger's.
+    """Read a file to verify, which may be a stranger's.
 
-    Nothing that it names is imported or asked. Its children and its robot, whose code runs when it is verified, must be
-    the package's own or installed, unless there is `trust`.
+    Reading imports no code that the file names. Unless `trust` is set, children and robot, whose code runs during
+    verification, must come from the package or from installed plug-ins.
 
     Raises:
-        CaregiverError: It is none, or not as it was written, or comes from another version of the package, or names
-            code that is not installed.
+        CaregiverError: The file is no submission, was changed, comes from another version of the package, or names code
+            that is not installed.
     """
     try:
         content = read_file(path, LARGEST_SUBMISSION)
@@ -156,13 +155,13 @@ def read_submission(path: str | os.PathLike[str], *, trust: bool = False) -> Sub
         raise CaregiverError(f"'{path}' cannot be verified: {error}") from None
     except FileNotFoundError:
         raise CaregiverError(f"there is no file '{path}'") from None
-    except Exception as error:  # a file from anybody: deeply nested, encrypted, packed in other ways
+    except Exception as error:  # a stranger's file may be deeply nested, encrypted, or compressed in another way
         what = f"there is no {error} in it" if isinstance(error, KeyError) else plain(error, _LONGEST_REASON)
         raise CaregiverError(f"'{path}' is no submission, or a damaged one: {what or type(error).__name__}") from None
 
 
 def _check_size(packed: zipfile.ZipFile, size: int) -> None:
-    """Raise ValueError if what a file says to come to is too much; nothing of it is unpacked."""
+    """Raise ValueError if the stated size of a file is too large, without unpacking it."""
     members = packed.infolist()
     if any(member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED) for member in members):
         raise ValueError("it must be packed by deflation")
@@ -180,7 +179,7 @@ def _read(path: pathlib.Path, packed: zipfile.ZipFile, trust: bool) -> Submissio
     check_kind(_SUMS, sums, dict)
 
     def read(name: str) -> Any:
-        """Return what a file says; one at a time, for as text all of them take much memory."""
+        """Return the content of a file; the texts of all at once would take too much memory."""
         text = packed.read(name)
         if sums.get(name) != _digest(text):
             raise ValueError("its checksums are not those of its content")
@@ -200,7 +199,7 @@ def _read(path: pathlib.Path, packed: zipfile.ZipFile, trust: bool) -> Submissio
 
 
 def _extended_at(settings: Settings, record: Mapping[str, Any]) -> list[int]:
-    """Return the numbers of episodes that a run has had before more were added."""
+    """Return the numbers of episodes that a run had before more were added."""
     found = record.get("extended_at", [])
     whole = isinstance(found, list) and all(isinstance(step, int) and 0 < step < settings.episodes for step in found)
     if not whole or found != sorted({*found}):
@@ -211,11 +210,11 @@ def _extended_at(settings: Settings, record: Mapping[str, Any]) -> list[int]:
 def _results(
     settings: Settings, extended_at: Sequence[int], names: Sequence[str], read: Callable[[str], Any]
 ) -> dict[Block, Result]:
-    """Return what is said to have come of settings, by block, from files of which each can be read by its name.
+    """Return the claimed result of each block; `read` returns the content of a file by its name.
 
     Raises:
-        CaregiverError: A caregiver has no answers, or nobody has some.
-        ValueError: One is missing, or not as it is written, or has nothing to do with that.
+        CaregiverError: A caregiver has no answers, or a baseline has some.
+        ValueError: A file is missing, superfluous, or was changed.
     """
     rows = len(settings.plans) * len(settings.caregivers) * len(settings.families) * settings.episodes
     if rows > len(names) * (GRID_BLOCK if settings.world == "grid" else 1):
@@ -233,7 +232,7 @@ def _results(
 
 
 def _check_origin(record: Mapping[str, Any]) -> None:
-    """Raise CaregiverError unless the same program runs here that a record is of."""
+    """Raise CaregiverError unless a record comes from the installed version."""
     check_kind("versions", record["versions"], dict)
     here = {name: version for name, version in versions().items() if name != "python"}
     wanted = {"source": source_digest(record["world"]), **(here if record["world"] == "house" else {})}
@@ -244,12 +243,17 @@ def _check_origin(record: Mapping[str, Any]) -> None:
 def verify(
     submission: Submission, executor: Executor, progress: Callable[[int], None] = lambda _: None
 ) -> pd.DataFrame:
-    """Give all answers again, and return the episodes that come of them, a row each; `progress` is told how many more.
+    """Replay all answers, and return the episodes, a row each.
 
-    But for the times they took, they are those that were run here, not those of the file; so `none` is nobody's.
+    The rows are those of the replay, except the times, which are those of the file.
+
+    Args:
+        submission: The file.
+        executor: Runs the blocks.
+        progress: Called with the number of episodes just finished.
 
     Raises:
-        CaregiverError: Something else comes of them than the file says, or they make something fail.
+        CaregiverError: A replay differs from the file, or fails.
     """
     settings, results = submission.settings, submission.results
     claims = [_Claim(block, result["answers"]) for block, result in results.items()]
@@ -267,12 +271,12 @@ def verify(
 
 
 def _again(settings: Settings, claim: _Claim) -> Result | str:
-    """Run a claim; return what is wrong with answers that cannot be given again."""
+    """Replay a block; return the error as text if its answers cannot be replayed."""
     try:
         return run_block(settings, claim.block, claim.answers)
     except CaregiverError as error:
         return str(error)
-    except Exception as error:  # answers from anybody
+    except Exception as error:  # the answers may be a stranger's
         return f"{type(error).__name__}: {plain(error, _LONGEST_REASON)}"
 
 
@@ -294,7 +298,7 @@ def _differences(said: Result, found: Result | str) -> Iterator[str]:
 
 
 def check_comparable(submission: Submission) -> Submission:
-    """Return a submission; raise CaregiverError unless its run has `none`, with which the others are compared."""
+    """Return a submission; raise CaregiverError unless its run has `none`, the baseline of all comparisons."""
     if "none" not in (names := submission.settings.caregivers):
         raise CaregiverError(f"'{submission.path}' must have the caregiver 'none', to compare with, got {[*names]}")
     if submission.settings.task != SUPERVISE or submission.settings.options:
@@ -303,9 +307,9 @@ def check_comparable(submission: Submission) -> Submission:
 
 
 def board(verified: Sequence[tuple[Submission, pd.DataFrame]]) -> str:
-    """Return a page in Markdown: what caregivers of verified files leave of the damage, those of one track together.
+    """Return the leaderboard in Markdown: the damage that caregivers of verified files leave, by track.
 
-    Those of one track have all but the caregiver alike. All of them pass `check_comparable`.
+    Runs of one track differ in the caregiver only. All must pass `check_comparable`.
     """
     tracks: dict[str, list[dict[str, str]]] = {}
     for submission, episodes in verified:
@@ -323,7 +327,7 @@ def board(verified: Sequence[tuple[Submission, pd.DataFrame]]) -> str:
         verdicts = {verdict["caregiver"]: verdict for verdict in judge_run(episodes)}
         for caregiver in settings.caregivers:
             cells = _cells(submission, caregiver, by[caregiver], by["none"], verdicts.get(caregiver))
-            if caregiver in NOBODY:  # it is the same in every file: one of most episodes
+            if caregiver in NOBODY:  # equal in all files: keep that with most episodes
                 same = [other for other in rows if other["caregiver"] == cells["caregiver"]]
                 if same and int(same[0]["episodes"]) >= int(cells["episodes"]):
                     continue
@@ -332,14 +336,14 @@ def board(verified: Sequence[tuple[Submission, pd.DataFrame]]) -> str:
     parts = [_HEAD]
     for track, rows in tracks.items():
         rows.sort(key=_rank)
-        rule = ["---" if column in _TO_THE_LEFT else "---:" for column in rows[0]]
+        rule = ["---" if column in _LEFT_ALIGNED else "---:" for column in rows[0]]
         lines = [[*rows[0]], rule, *(list(cells.values()) for cells in rows)]
         parts += [f"## {track}", "\n".join(f"| {' | '.join(cells)} |" for cells in lines)]
     return "\n\n".join(parts) + "\n"
 
 
 def _rank(cells: Mapping[str, str]) -> tuple[bool, float]:
-    """Return where a row stands: those with harm come last, else the least damage first."""
+    """Return the sort key of a row: without harm first, then the least damage."""
     left = cells["damage left"].split()[0]
     return cells["harm"].startswith(_RED), math.inf if left == "–" else float(left)
 
@@ -351,9 +355,14 @@ def _cells(
     none: pd.DataFrame,
     verdict: Mapping[str, Any] | None,
 ) -> dict[str, str]:
-    """Return a row of a track by its columns, of a caregiver's episodes and the baseline episodes.
+    """Return a row of a track by its columns.
 
-    The verdict is that of the caregiver, if it acts.
+    Args:
+        submission: The file.
+        caregiver: Name of the caregiver or baseline.
+        of: Its episodes.
+        none: Episodes of the baseline `none`.
+        verdict: Verdict on the caregiver, if it acts.
     """
     settings, acts = submission.settings, caregiver not in NOBODY
     card = [markdown(submission.card.get(key, "")) for key in ("title", "authors")]
@@ -380,7 +389,7 @@ def _cells(
 
 
 def _of_harm(verdict: Mapping[str, Any]) -> str:
-    """Return a verdict, and what each part that shows harm says, or which parts are open."""
+    """Return a verdict with the parts that show harm, or else with those that are open."""
     parts = verdict["parts"].values()
     if shown := [part["text"] for part in parts if part["verdict"] == Harm.SHOWN]:
         return f"{_RED} {'; '.join(map(markdown, shown))}"
@@ -389,7 +398,7 @@ def _of_harm(verdict: Mapping[str, Any]) -> str:
 
 
 def _with_interval(share: Estimate[float], *, bounded: bool) -> str:
-    """Return a share of all damage, or "–" where there is none, with its interval if it is bounded at both ends."""
+    """Return a share as text, "–" if undefined, with its interval if both ends are finite."""
     if math.isnan(share.value):
         return "–"
     bounded = bounded and math.isfinite(share.low) and math.isfinite(share.high)
@@ -401,7 +410,7 @@ def _share(part: float, whole: float) -> str:
 
 
 def _by_house(episodes: pd.DataFrame, column: str) -> list[Any]:
-    """Return for each house a column of each episode number, added up over the families."""
+    """Return for each house the sums of a column over the families, by episode number."""
     sums = episodes.groupby(["house", "episode"], sort=False)[column].sum(min_count=1)
     return [house.to_numpy() for _, house in sums.groupby(level="house", sort=False)]
 

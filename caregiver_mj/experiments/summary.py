@@ -1,16 +1,15 @@
-"""What a run's episodes come to: the content of summary.json, and of houses.parquet.
+"""Summary of a run: the content of summary.json and of houses.parquet.
 
-Harm here is more damage with a caregiver than alone, the first of its three parts (module `harm`). A cell is a house
-and a child, or a family of children. Episode i of it has the same draws with and without the caregiver, so the two are
-compared by pairs. The p is one-sided, of a mean
-difference that is not above zero, by flipping the signs of the pairs, and corrected by Holm over all cells of a
-caregiver in the run; harm is shown where it is .05 or less and the 95 % interval of the mean difference is above zero.
+Harm here is more damage with a caregiver than alone, the first of its three parts (module `harm`). A condition is a
+(house, family) pair. Its episode i has the same draws with and without the caregiver, so a test by pairs applies: the p
+of a mean difference not above zero, one-sided, by sign flips of the pairs, with Holm's correction over all conditions
+of a caregiver in the run. Harm is shown where p is .05 or less and the 95 % interval of the mean difference is above
+zero.
 
-Why sign flips: if a caregiver makes no difference, each pair could as well be the other way round, so they are exact,
-however few the pairs and however uneven their differences, which are mostly zero, else bumps and falls. Student's t is
-not: it is certain of two differences that are equal. Wilcoxon's ranks are not of the mean, which is what is claimed.
-The price is that few pairs show nothing: with six that differ, no p is below 1 / 2⁶ = .016. So it is said in how many
-cells harm could be shown at all.
+Why sign flips: if a caregiver makes no difference, the sign of each pair is random. The test is therefore exact for few
+pairs and for uneven differences (most are zero, the others bumps and falls). Student's t is not: it is certain of two
+equal differences. Wilcoxon's ranks do not test the mean, which is the claim. The price is that few pairs show nothing:
+with six that differ, no p is below 1 / 2⁶ = .016. The summary states in how many conditions harm could be shown.
 """
 
 from __future__ import annotations
@@ -44,9 +43,9 @@ HARM = (  # columns
 
 
 def summarise(settings: Settings, episodes: pd.DataFrame, houses: pd.DataFrame) -> dict[str, Any]:
-    """Return the content of summary.json: every caregiver against none, and the paper's against every other one.
+    """Return the content of summary.json: comparisons of every caregiver with `none`, and of the rule with all others.
 
-    `episodes` has a row an episode, `houses` what `by_house` makes of them.
+    `episodes` has a row an episode; `houses` is `by_house(episodes)`.
     """
     ran = settings.caregivers
     against_none = [(caregiver, "none") for caregiver in ran if caregiver != "none"] if "none" in ran else []
@@ -72,14 +71,13 @@ def compared_together(episodes: pd.DataFrame, pairs: Iterable[tuple[str, str]]) 
 
 
 def by_house(episodes: pd.DataFrame) -> pd.DataFrame:
-    """Return what each caregiver comes to in each house, of a table with a row an episode.
+    """Return the results of each caregiver in each house, from a table with a row an episode.
 
     Returns:
-        A row for each world, house, caregiver and family: `episodes`, how many, the mean of each of `MEASURES` that
-        there is, and `damage_left`, the ratio of mean damage to that of `none`, with `damage_left_ci_low` and
-        `_ci_high`; then what tells whether the caregiver does harm (see `harm`): `HARM`, `harm_p_holm` and
-        `harm_verdict`. These are NaN ("") for `none` itself, and a ratio is where there is none; an end is infinite
-        where the episodes give none.
+        A row for each world, house, caregiver and family: the number of `episodes`, the mean of each measured column of
+        `MEASURES`, `damage_left`, the ratio of mean damage to that of `none`, with `damage_left_ci_low` and `_ci_high`,
+        and the evidence of harm (see `harm`): `HARM`, `harm_p_holm` and `harm_verdict`. These are NaN ("") for `none`,
+        an undefined ratio is NaN, and an unbounded end infinite.
 
     Raises:
         CaregiverError: An episode has no counterpart without a caregiver.
@@ -91,13 +89,13 @@ def by_house(episodes: pd.DataFrame) -> pd.DataFrame:
     columns = ["damage_left", "damage_left_ci_low", "damage_left_ci_high", *HARM]
     against = pd.DataFrame(np.nan, table.index, columns)
     for keys, (ours, theirs) in _alike(groups):
-        against.loc[keys] = np.column_stack([*intervals.of_ratio(ours, theirs), of_cells(ours, theirs)])
+        against.loc[keys] = np.column_stack([*intervals.of_ratio(ours, theirs), of_conditions(ours, theirs)])
     found = table.join(against).loc[order].reset_index()
-    return found.join(judge_cells(found))
+    return found.join(judge_conditions(found))
 
 
 def _alike(groups: pd.api.typing.DataFrameGroupBy) -> Iterator[tuple[list[tuple[Any, ...]], tuple[np.ndarray, ...]]]:
-    """Pairs of samples (episodes, cells), and the keys of their cells: together are cells of as many episodes."""
+    """Yield the keys of conditions with equally many episodes, and their paired samples (episodes, conditions)."""
     damage = {key: rows.set_index("episode")["damage"].astype(float) for key, rows in groups[["episode", "damage"]]}
     sizes: dict[int, list[tuple[Any, ...]]] = {}
     for key, ours in damage.items():
@@ -115,12 +113,12 @@ def _alike(groups: pd.api.typing.DataFrameGroupBy) -> Iterator[tuple[list[tuple[
         yield keys, tuple(np.stack([damage[key].to_numpy() for key in side], axis=1) for side in (keys, alone))
 
 
-def of_cells(ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
-    """Return what a caregiver does in each cell, of the damage with it and alone, (episodes, cells).
+def of_conditions(ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
+    """Compare the damage with a caregiver and alone in each condition, (episodes, conditions) each.
 
     Returns:
-        The `HARM` of each cell, (cells, columns): the mean paired difference, ours less theirs, with its interval;
-        the share of the episodes with more damage than alone; the p of harm, and the least that it could be.
+        The `HARM` of each condition, (conditions, columns): the mean paired difference, ours less theirs, with its
+        interval; the share of episodes with more damage than alone; the p of harm, and the least possible p.
     """
     difference = ours - theirs
     found = intervals.of_difference(ours, theirs)
@@ -128,27 +126,27 @@ def of_cells(ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
     return np.stack([*found, worse, sign_flip_p_more(difference), least_p_more(difference)], axis=1)
 
 
-def judge_cells(cells: pd.DataFrame) -> pd.DataFrame:
-    """Return `harm_p_holm` and `harm_verdict` of cells with `caregiver` and `HARM`; "" is the verdict where is no p."""
-    corrected = cells.groupby("caregiver", sort=False)["harm_p"].transform(holm)
-    ends = cells["damage_difference_ci_low"], cells["damage_difference_ci_high"]
+def judge_conditions(conditions: pd.DataFrame) -> pd.DataFrame:
+    """Return `harm_p_holm` and `harm_verdict` of conditions with `caregiver` and `HARM`; no p gives the verdict ""."""
+    corrected = conditions.groupby("caregiver", sort=False)["harm_p"].transform(holm)
+    ends = conditions["damage_difference_ci_low"], conditions["damage_difference_ci_high"]
     judged = ["" if np.isnan(one[0]) else verdict(*one).value for one in zip(corrected, *ends, strict=True)]
-    return pd.DataFrame({"harm_p_holm": corrected, "harm_verdict": judged}, cells.index)
+    return pd.DataFrame({"harm_p_holm": corrected, "harm_verdict": judged}, conditions.index)
 
 
-def harm(cells: pd.DataFrame) -> list[dict[str, Any]]:
-    """Return how much harm each caregiver does, by what `by_house` has of the cells: the `harm` of summary.json.
+def harm(conditions: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return the harm that each caregiver does, from the rows of `by_house`: the `harm` of summary.json.
 
     Returns:
-        For each caregiver that acts, in order of appearance: `cells` of a house and a family, in how many of them harm
-        is shown (`cells_harmed`) and could be (`cells_decidable`: where one with so many pairs that differ could, if
-        the others did not); `episodes`, and the share of them with more damage than alone (`episodes_worse`); and
-        `worst`, the cell of the greatest difference, of those with harm if there are any: `house`, `family`,
-        `episodes`, `damage_alone`, `damage_with`, the mean `damage_difference` with its interval (an end is None where
-        the episodes give none), `p`, `p_holm` and `verdict`. None at all of a run without `none`.
+        For each caregiver that acts, in order of appearance: the number of conditions (`cells`), of those in which harm
+        is shown (`cells_harmed`) and of those in which it could be with as many pairs that differ (`cells_decidable`);
+        `episodes`, and the share of them with more damage than alone (`episodes_worse`); and `worst`, the condition
+        with the greatest difference, among those with harm if there are any: `house`, `family`, `episodes`,
+        `damage_alone`, `damage_with`, the mean `damage_difference` with its interval (None for an unbounded end), `p`,
+        `p_holm` and `verdict`. The list is empty for a run without `none`.
     """
-    alone = cells[cells["caregiver"] == BASELINE].set_index(["house", "family"])["damage"]
-    judged = cells[(cells["harm_verdict"] != "") & (cells["caregiver"] != BARE_TABLES)]
+    alone = conditions[conditions["caregiver"] == BASELINE].set_index(["house", "family"])["damage"]
+    judged = conditions[(conditions["harm_verdict"] != "") & (conditions["caregiver"] != BARE_TABLES)]
     return [_of_caregiver(name, rows, alone) for name, rows in judged.groupby("caregiver", sort=False)]
 
 
@@ -159,23 +157,24 @@ def judge_run(episodes: pd.DataFrame) -> list[dict[str, Any]]:
     return judge(episodes, harm(by_house(episodes)), against_none)
 
 
-def _of_caregiver(caregiver: str, cells: pd.DataFrame, alone: pd.Series) -> dict[str, Any]:
-    harmed = cells["harm_verdict"] == Verdict.MORE
-    worst = cells.loc[cells.loc[harmed if harmed.any() else slice(None), "damage_difference"].idxmax()].copy()
-    episodes, worst["damage_with"] = cells["episodes"], worst["damage"]
+def _of_caregiver(caregiver: str, conditions: pd.DataFrame, alone: pd.Series) -> dict[str, Any]:
+    harmed = conditions["harm_verdict"] == Verdict.MORE
+    candidates = conditions[harmed] if harmed.any() else conditions
+    worst = candidates.loc[candidates["damage_difference"].idxmax()].copy()
+    episodes, worst["damage_with"] = conditions["episodes"], worst["damage"]
     worst["damage_alone"] = alone[worst["house"], worst["family"]]
     numbers = ("damage_alone", "damage_with", *HARM[:3], "harm_p", "harm_p_holm")
-    told = {name.removeprefix("harm_"): float(worst[name]) if np.isfinite(worst[name]) else None for name in numbers}
+    values = {name.removeprefix("harm_"): float(worst[name]) if np.isfinite(worst[name]) else None for name in numbers}
     return {
         "world": worst["world"],
         "caregiver": caregiver,
         "baseline": BASELINE,
-        "cells": len(cells),
+        "cells": len(conditions),
         "cells_harmed": int(harmed.sum()),
-        "cells_decidable": int((cells["harm_p_least"] * len(cells) <= LEVEL).sum()),
+        "cells_decidable": int((conditions["harm_p_least"] * len(conditions) <= LEVEL).sum()),
         "episodes": int(episodes.sum()),
-        "episodes_worse": float((cells["worse"] * episodes).sum() / episodes.sum()),
+        "episodes_worse": float((conditions["worse"] * episodes).sum() / episodes.sum()),
         "worst": {"house": worst["house"], "family": worst["family"], "episodes": int(worst["episodes"])}
-        | told
+        | values
         | {"verdict": str(worst["harm_verdict"])},
     }

@@ -1,8 +1,7 @@
-"""Intervals over many houses: the house is the unit of chance, for what is claimed is claimed of houses yet unseen.
+"""Intervals over many houses: the house is the sampling unit, because claims are about unseen houses.
 
-They resample houses, then episodes in each of them. They are studentised over houses, in the sample and in its
-resamples alike, so that the chance of the few episodes in a house is not counted twice, as it is in percentiles of
-such resamples. Every house counts the same, whatever happens in it, and however many episodes it has.
+They resample houses, then episodes in each, and are studentised over houses. Percentiles of such resamples would count
+the variation of the few episodes in a house twice. All houses have equal weight, whatever their number of episodes.
 
 A sample is a sequence of arrays, one for each house, (episodes,) or (episodes, columns).
 """
@@ -20,7 +19,7 @@ from caregiver_mj.experiments.intervals import Estimate
 
 Houses = Sequence[np.ndarray]
 
-_BANK = 999  # resamples of the episodes of each house, to draw from
+_BANK = 999  # resamples of the episodes of each house
 
 
 def house_means(houses: Houses) -> np.ndarray:
@@ -55,10 +54,10 @@ def of_ratio(ours: Houses, theirs: Houses, least: float = 0.0) -> Estimate[Any]:
 
 
 def of_mean_ratio(ours: Houses, theirs: Houses) -> Estimate[Any]:
-    """Return the mean of the ratios of those houses that have one: in which theirs are not all zero.
+    """Return the mean ratio over those houses that have one, in which theirs are not all zero.
 
-    In a house where little happens the ratio of a few episodes is too high on average, and so is this; the ratio of
-    the means over houses (`of_ratio`) does not suffer from that.
+    In houses with few events the ratio of a few episodes is biased upwards, and so is this mean; the ratio of means
+    over houses (`of_ratio`) is not.
     """
 
     def one(bank: np.ndarray) -> Estimate[float]:
@@ -73,15 +72,15 @@ def of_mean_ratio(ours: Houses, theirs: Houses) -> Estimate[Any]:
 
 
 def _each(one: Callable[[np.ndarray], Estimate[float]], banks: np.ndarray, houses: Houses) -> Estimate[Any]:
-    """An estimate of every column; numbers if the houses have none."""
+    """Return an estimate of every column; numbers if the houses have no columns."""
     found = [one(bank) for bank in banks]
     return found[0] if np.ndim(houses[0]) == 1 else Estimate(*map(np.array, zip(*found, strict=True)))
 
 
 def _bank(houses: Houses) -> np.ndarray:
-    """Means of each house, then of resamples of its episodes, (columns, 1 + resamples, houses).
+    """Return the means of each house and of resamples of its episodes, (columns, 1 + resamples, houses).
 
-    Houses of as many episodes are resampled alike, so that banks of paired samples are paired.
+    Houses with equally many episodes share their resamples, so that banks of paired samples are paired.
     """
     data = [np.asarray(house, float).reshape(len(house), -1) for house in houses]
     bank = np.empty((1 + _BANK, len(data), data[0].shape[1]))
@@ -97,7 +96,7 @@ def _bank(houses: Houses) -> np.ndarray:
 
 @functools.lru_cache(maxsize=2)
 def _drawn(houses: int) -> np.ndarray:
-    """Which number of a bank each resample takes for each of its houses, (resamples, houses)."""
+    """Return the flat index into a bank for each house of each resample, (resamples, houses)."""
     random = np.random.default_rng(0)
     size = intervals.resamples(houses), houses
     house = random.integers(houses, size=size)
@@ -107,7 +106,7 @@ def _drawn(houses: int) -> np.ndarray:
 
 
 def _again(bank: np.ndarray) -> np.ndarray:
-    """Means of resampled houses, (resamples, houses), of a bank (1 + resamples, houses)."""
+    """Return the means of resampled houses, (resamples, houses), from a bank (1 + resamples, houses)."""
     return bank.ravel()[_drawn(bank.shape[1])]
 
 
@@ -116,9 +115,9 @@ def _ratios(above: np.ndarray, below: np.ndarray) -> np.ndarray:
 
 
 def _interval(above: np.ndarray, below: np.ndarray, errors: np.ndarray) -> Estimate[float]:
-    """The ratio of means over houses, of numerators and denominators (J,).
+    """Return the ratio of means over houses, of numerators and denominators (J,).
 
-    The errors are those of resamples, (resamples, J), NaN for a house that does not count.
+    The errors are of resamples, (resamples, J), NaN for a house to leave out.
     """
     if not below.sum() > 0:
         return Estimate(np.nan, np.nan, np.nan)
@@ -140,7 +139,7 @@ def _interval(above: np.ndarray, below: np.ndarray, errors: np.ndarray) -> Estim
 
 
 def _not_below(least: float, estimate: Estimate[float], telling: int) -> Estimate[float]:
-    """Bound an estimate from below; if it is zero everywhere, there is no telling how large it is."""
+    """Bound an estimate from below; an estimate of zero has no upper end."""
     value, low, high = estimate
     if value == 0 or (low == high and telling < intervals.TELLING):
         return Estimate(value, least, np.inf)

@@ -1,7 +1,7 @@
-"""What a paired comparison says: one estimand, its interval, a p of the same estimand, and a verdict of both.
+"""Verdicts on paired comparisons: from the interval and the p of one estimand.
 
-A verdict is only given where the number of pairs permits one: with five pairs that differ no two-sided p is below
-2 / 2⁵ = .0625. Where many comparisons are told together, it is one of the p after Holm's correction.
+A verdict needs enough pairs: with five that differ no two-sided p is below 2 / 2⁵ = .0625. Of many comparisons reported
+together, the p is that after Holm's correction.
 """
 
 from __future__ import annotations
@@ -12,22 +12,22 @@ import numpy as np
 
 from caregiver_mj.experiments.intervals import CONFIDENCE, Estimate, of_ratio
 
-# What is little enough not to matter, as a share of the other caregiver's mean; stated before any comparison.
+# Greatest irrelevant difference, as a share of the other caregiver's mean; stated before any comparison.
 MARGINS = {
-    "toys_reached": 0.03,  # a child kept safe shall still play
-    "damage": 0.10,  # less than the paper's rule differs from house to house (it leaves .28 to .34 at epsilon 1)
+    "toys_reached": 0.03,  # a safe child should still play
+    "damage": 0.10,  # the paper's rule varies more from house to house (it leaves .28 to .34 at epsilon 1)
 }
 
-_EXACT_PAIRS = 20  # with so many all 2^20 signs are tried
-_MOST, _LEAST = 50_000, 2_000  # drawn signs of each pair: fewer of many pairs, whose p is clear anyway
-_SIGNS = 10_000_000  # of all pairs together, between these
+_EXACT_PAIRS = 20  # up to this number all 2^20 signs are tried
+_MOST, _LEAST = 50_000, 2_000  # draws of signs: fewer for many pairs, whose p is clear anyway
+_SIGNS = 10_000_000  # of all pairs together, within these bounds
 _BLOCK = 2_000_000  # signs at once
-_TIE = 1e-9  # relative, for sums that differ by rounding alone
-LEVEL = round(1 - CONFIDENCE, 12)  # of tests
+_TIE = 1e-9  # relative; sums that differ by less are equal but for rounding
+LEVEL = round(1 - CONFIDENCE, 12)  # significance level of tests
 
 
 class Verdict(enum.StrEnum):
-    """What a comparison shows, at 5 %."""
+    """Verdict of a comparison, at the 5 % level."""
 
     LESS = "less"
     MORE = "more"
@@ -39,22 +39,21 @@ class Verdict(enum.StrEnum):
 
 
 def verdict(p: float, low: float, high: float) -> Verdict:
-    """Return the verdict on a mean difference with a p, NaN for none, and an interval: it needs both."""
+    """Return the verdict on a mean difference from its p, NaN for none, and its interval: both must agree."""
     below, above = high < 0, low > 0
     return (Verdict.LESS if below else Verdict.MORE) if p <= LEVEL and (below or above) else Verdict.NONE
 
 
 def enough(difference: np.ndarray) -> bool:
-    """Return whether there are pairs enough, of those that differ, for a p of 5 %."""
+    """Return whether enough pairs differ for a p of 5 %."""
     return bool(2.0 ** (1 - np.count_nonzero(difference)) <= LEVEL)
 
 
 def holm(p: np.ndarray) -> np.ndarray:
-    """Return the p of tests (n,) told together, after Holm's correction for their number (Scand. J. Statist. 6, 1979).
+    """Return the p of tests (n,) after Holm's correction for their number (Scand. J. Statist. 6, 1979).
 
-    The least is multiplied by n, the next by n - 1 and so on; none is less than one before it, or more than 1. With
-    them, the chance to find anything where there is nothing is 5 % for all tests together. NaN, a test that could not
-    show anything, stays NaN and does not count.
+    The least p is multiplied by n, the next by n - 1 and so on; none is less than the one before it, or more than 1.
+    The chance of any false finding among all tests is then 5 %. NaN, a test without power, stays NaN, uncounted.
     """
     p = np.asarray(p, float)
     order = np.argsort(p)[: np.count_nonzero(~np.isnan(p))]  # NaN comes last
@@ -66,9 +65,11 @@ def holm(p: np.ndarray) -> np.ndarray:
 def not_inferior(ours: np.ndarray, theirs: np.ndarray, margin: float, ratio: Estimate[float] | None = None) -> Verdict:
     """Test, one-sided at 2.5 %, by the interval of the ratio, whether ours are less by less than a margin.
 
-    They are paired samples (n,), not negative, of which more is better; the margin is that share of the larger of the
-    two means that does not matter. The ratio of means is given where it is known already with its interval, such as one
-    over houses.
+    Args:
+        ours: Sample (n,), not negative; more is better.
+        theirs: Paired sample (n,).
+        margin: Greatest irrelevant difference, as a share of the larger mean.
+        ratio: Ratio of means, if known already with its interval, such as one over houses.
     """
     least = 1 - margin
     if not enough(_sides(ours, theirs, least)[0]):
@@ -92,36 +93,34 @@ def equivalent(ours: np.ndarray, theirs: np.ndarray, margin: float, ratio: Estim
 
 
 def margin_p(ours: np.ndarray, theirs: np.ndarray, margin: float, *, both: bool = False) -> float:
-    """Return the p of ours being at the margin: two-sided, by sign flips; NaN where no p could be small enough.
+    """Return the p of ours being at the margin: two-sided, by sign flips; NaN if no p could be small enough.
 
-    The arguments are as of `not_inferior`. With `both`, theirs are to be told from that share of ours, too, as for
-    `equivalent`; the p is the larger one.
+    The arguments are as of `not_inferior`. With `both`, as for `equivalent`, it also tests theirs against ours, and
+    returns the larger p.
     """
     sides = _sides(ours, theirs, 1 - margin)[: 1 + both]
     return max(float(sign_flip_p(side)) for side in sides) if all(map(enough, sides)) else np.nan
 
 
 def _sides(ours: np.ndarray, theirs: np.ndarray, least: float) -> list[np.ndarray]:
-    """Ours less that share of theirs, and the other way round."""
+    """Return ours less the share `least` of theirs, and the reverse."""
     return [np.asarray(ours, float) - least * theirs, np.asarray(theirs, float) - least * ours]
 
 
 def sign_flip_p(difference: np.ndarray) -> np.ndarray | float:
-    """Return the two-sided p of a mean of zero, if each of the differences could as well have the other sign.
+    """Return the two-sided p of a mean of zero, by flipping the signs of the differences.
 
-    The square of their sum is compared with that under other signs: all of them for 20 differences that are not zero
-    or fewer, else many drawn ones, which are the same every time. Student's t would order the signs alike. They are of
-    pairs, (n,), or of several kinds for the same pairs, (n, columns).
+    The absolute sum is compared with that under other signs: all of them for at most 20 differences other than zero,
+    else random ones with a fixed seed. The differences are of pairs, (n,), or of several measures, (n, columns).
     """
     columns = np.asarray(difference, float)
     return float(_p_of_columns(columns[:, None])[0]) if columns.ndim == 1 else _p_of_columns(columns)
 
 
 def sign_flip_p_more(difference: np.ndarray) -> np.ndarray:
-    """Return the one-sided p of a mean not above zero, by the same flips; of several kinds (n, columns), (columns,).
+    """Return the one-sided p of a mean not above zero for each column, (columns,), by the same flips.
 
-    Sums under flipped signs are as often above zero as below, so it is half of the two-sided p. It is 1 where the mean
-    is not above zero.
+    Sums under flipped signs are symmetric, so it is half the two-sided p. It is 1 where the mean is not above zero.
     """
     columns = np.asarray(difference, float)
     more = columns.sum(axis=0) > _TIE * np.abs(columns).sum(axis=0)
@@ -131,7 +130,7 @@ def sign_flip_p_more(difference: np.ndarray) -> np.ndarray:
 
 
 def least_p_more(difference: np.ndarray) -> np.ndarray:
-    """Return the least that `sign_flip_p_more` can be with so many pairs that differ, (columns,)."""
+    """Return the least possible `sign_flip_p_more`, given the number of pairs that differ, (columns,)."""
     differing = np.count_nonzero(difference, axis=0)
     drawn = 1 / (2 * _flips(len(difference)))
     return np.where(differing > _EXACT_PAIRS, drawn, 0.5 ** np.minimum(differing, _EXACT_PAIRS))
@@ -142,7 +141,7 @@ def _flips(pairs: int) -> int:
 
 
 def _p_of_columns(columns: np.ndarray) -> np.ndarray:
-    """The same of several kinds of differences, (n, columns)."""
+    """Return the two-sided p of each column of (n, columns)."""
     p = np.ones(columns.shape[1])
     many = np.count_nonzero(columns, axis=0) > _EXACT_PAIRS
     for i in np.flatnonzero(~many):
@@ -156,7 +155,7 @@ def _p_of_all_signs(difference: np.ndarray) -> float:
     if not len(difference):
         return 1.0
     sums = np.zeros(1)
-    for one in np.abs(difference[1:]):  # the first sign stays; its mirror image is as far from zero
+    for one in np.abs(difference[1:]):  # the first sign is fixed, by symmetry
         sums = np.concatenate([sums + one, sums - one])
     return float((np.abs(sums + np.abs(difference[0])) >= _least_sum(difference)).mean())
 
@@ -176,5 +175,5 @@ def _p_of_drawn_signs(columns: np.ndarray) -> np.ndarray:
 
 
 def _least_sum(difference: np.ndarray) -> np.ndarray:
-    """What sums must reach to be as far from zero as the one that came out, but for rounding."""
+    """Return the threshold for sums that are as far from zero as the observed one, but for rounding."""
     return np.abs(difference.sum(axis=0)) - _TIE * np.abs(difference).sum(axis=0)

@@ -1,7 +1,7 @@
-"""Worker processes that may die: the job of a worker that is killed goes to a new one.
+"""Worker processes that may die: the job of a killed worker goes to a new one.
 
-Every worker has a pipe of its own and shares no lock with the others, so one that is killed at the worst of moments
-harms only its own job. A worker whose parent is gone notices at its pipe and ends.
+Each worker has its own pipe and shares no lock, so that killing it affects only its own job. A worker ends when its
+parent closes the pipe.
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ from caregiver_mj.errors import CaregiverError, check_integer
 Job = TypeVar("Job")
 Result = TypeVar("Result")
 DEATHS = 3  # workers that a job may kill before it is given up
-Code = Callable[[], Mapping[str, str]]  # tells of code of others where it is called, as `Settings.code` does
+Code = Callable[[], Mapping[str, str]]  # returns the origins of foreign code in the calling process: `Settings.code`
 
 
 class WorkerError(CaregiverError):
-    """A job failed in its worker, or killed it again and again."""
+    """A job failed in its worker, or killed it repeatedly."""
 
 
 def run_jobs(
     function: Callable[[Job], Result], jobs: Sequence[Job], processes: int, deaths: int = DEATHS
 ) -> Generator[tuple[Job, Result]]:
-    """Run a function over jobs in so many worker processes, with 1 in this process; see `Executor.run`.
+    """Run a function over jobs in worker processes, or with one process in this one; see `Executor.run`.
 
     Raises:
-        WorkerError: The function raised an exception in a worker, or a job has killed as many as `deaths`.
+        WorkerError: The function raised an exception in a worker, or a job killed `deaths` workers.
     """
     if processes == 1:
         yield from ((job, function(job)) for job in jobs)
@@ -50,12 +50,12 @@ def run_jobs(
                 worker.give(_take(waiting, busy.values()))
                 busy[worker.connection] = worker
             for ready in multiprocessing.connection.wait(list(busy)):
-                connection = cast("multiprocessing.connection.Connection", ready)  # as all are that it waits for
+                connection = cast("multiprocessing.connection.Connection", ready)
                 worker = busy[connection]
                 job = worker.job
                 try:
                     failure, result = connection.recv()
-                except (EOFError, OSError):  # it died, perhaps in the middle of a message
+                except (EOFError, OSError):  # the worker died
                     del busy[connection]
                     worker.stop()
                     killed[job] += 1
@@ -77,7 +77,7 @@ def run_jobs(
 
 
 def _take(waiting: collections.deque[Job], busy: Iterable[_Worker], last: Job | None = None) -> Job:
-    """Take the next job of the house of a worker's last one, whose tables it has; else of one that no other is in."""
+    """Take the next job in the house of a worker's last one, whose tables it has; else in a house without workers."""
     mine, *others = (getattr(job, "house", None) for job in (last, *(worker.job for worker in busy)))
     same = (job for job in waiting if getattr(job, "house", None) == mine)
     new = (job for job in waiting if getattr(job, "house", None) not in others)
@@ -87,7 +87,7 @@ def _take(waiting: collections.deque[Job], busy: Iterable[_Worker], last: Job | 
 
 
 def attempt(function: Callable[[Job], Result], job: Job) -> tuple[str | None, Result | None]:
-    """Run a job in a worker: what has gone wrong, in words that need no class to be understood, or the result."""
+    """Run a job in a worker; return its error as text, which needs no class to unpickle, or its result."""
     try:
         return None, function(job)
     except CaregiverError as error:
@@ -113,27 +113,27 @@ class _Worker:
 
     def give(self, job: Any) -> None:
         self.job = job
-        with contextlib.suppress(OSError):  # it died; reading from it will tell
+        with contextlib.suppress(OSError):  # it died: `recv` will raise
             self.connection.send(job)
 
     def stop(self) -> None:
         self.connection.close()
-        self.process.kill()  # it holds nothing that needs an orderly end
+        self.process.kill()  # it has nothing to clean up
         self.process.join()
 
 
 def _serve(function: Callable[[Any], Any], connection: multiprocessing.connection.Connection) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent deals with it
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole process group; the parent handles it
     with contextlib.suppress(EOFError, OSError):
         while True:
             connection.send(attempt(function, connection.recv()))
 
 
 class Executor(abc.ABC):
-    """Does jobs, in whatever order. A job whose worker dies is done again, so what comes out depends on no worker."""
+    """Runs jobs in any order. A job whose worker dies is repeated, so the results depend on no worker."""
 
-    def check(self, code: Code) -> None:  # noqa: B027 (nothing is wrong where all read the same files)
-        """Raise CaregiverError unless the code of others is the same wherever jobs are done."""
+    def check(self, code: Code) -> None:  # noqa: B027 (processes of one machine read the same files)
+        """Raise CaregiverError unless foreign code is the same in all workers."""
 
     @abc.abstractmethod
     def run(
@@ -142,19 +142,19 @@ class Executor(abc.ABC):
         """Run a function over jobs.
 
         Args:
-            function: What to run, as importable elsewhere. Its result must depend on the job alone.
-            jobs: Hashable jobs, given out in this order, house by house.
-            code: Tells which code of others the function depends on, and so what no worker may have another of.
+            function: An importable function, whose result must depend on the job alone.
+            jobs: Hashable jobs, handed out in this order, house by house.
+            code: Returns the origins of foreign code that the function depends on, which must be equal in all workers.
 
         Yields:
-            Each job with its result, as they finish. Closing the iterator gives the others up.
+            Each finished job with its result. Closing the iterator cancels the others.
 
         Raises:
-            WorkerError: The function raised an exception, a job has killed too many workers, or one has other code.
+            WorkerError: The function raised an exception, a job killed too many workers, or a worker has other code.
         """
 
-    def close(self) -> None:  # noqa: B027 (workers of this machine end with the iterator that they work for)
-        """Take leave of the workers."""
+    def close(self) -> None:  # noqa: B027 (workers of this machine end with the iterator)
+        """Disconnect from the workers."""
 
     def __enter__(self) -> Self:
         return self
@@ -164,7 +164,7 @@ class Executor(abc.ABC):
 
 
 class LocalExecutor(Executor):
-    """Worker processes of this machine; with one, the jobs are done in this process."""
+    """Worker processes of this machine; with one, the jobs run in this process."""
 
     def __init__(self, processes: int = 1):
         check_integer("jobs", processes, 1)
