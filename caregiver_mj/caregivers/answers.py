@@ -1,4 +1,4 @@
-"""What a caregiver, or a policy, has answered in some episodes: kept with their rows, and given again without it."""
+"""Record the answers of a caregiver or policy, and replay them without it."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ from caregiver_mj.interventions.verb import Interventions
 from caregiver_mj.outside import LARGEST_ARRAYS, MOST_NUMBERS, plain
 from caregiver_mj.plans.floor_plan import FloorPlan
 
-_ASKED = ("prepare", "decide", "destination")  # by its world
+_ASKED = ("prepare", "decide", "destination")  # methods that a world calls
 _SUFFIX = ".npy"
-_NAMES = {f"{name}{_SUFFIX}" for name in ("actions", "traits", "verbs", *_ASKED)}  # of arrays, as they are packed
+_NAMES = {f"{name}{_SUFFIX}" for name in ("actions", "traits", "verbs", *_ASKED)}  # files of the packed arrays
 _PACKED = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
-_KINDS = "bifuU"  # of what is in them: numbers and names
-_MOST_SIDES = 4  # of an array: answers, what they are of, worlds, candles
+_KINDS = "bifuU"  # dtype kinds: numbers and names
+_MOST_SIDES = 4  # dimensions of an array: answers, their parts, worlds, candles
 
 
 @contextlib.contextmanager
 def kept(caregiver: Caregiver | None) -> Iterator[Callable[[], str]]:
-    """Keep, within, what a caregiver answers its world; give a function that returns it as text, for a replay."""
+    """Record in this context a caregiver's answers to its world; yield a function that returns them as text."""
     own = {question: getattr(caregiver, question) for question in _ASKED if caregiver}
     given: dict[str, list[np.ndarray]] = {question: [] for question in _ASKED}
     verbs: dict[str, int] = {}
-    depth = 0  # of questions: one that it asks itself is none of its world's
+    depth = 0  # of nested calls: only the outermost comes from the world
 
     def ask(question: str, *arguments: Any) -> Any:
         nonlocal depth
@@ -79,12 +79,12 @@ def packed(**arrays: np.ndarray) -> str:
 
 
 def unpacked(text: str) -> dict[str, np.ndarray]:
-    """Return the arrays in a text of answers by name, none of them of a single number.
+    """Return the arrays in a text of answers by name.
 
-    What they come to is known, and refused if it is too much, before any of them is unpacked.
+    Their stated sizes are checked before any of them is unpacked.
 
     Raises:
-        CaregiverError: It cannot be read, or has more than the answers of a caregiver.
+        CaregiverError: The text cannot be read, is too large, or has other arrays.
     """
     if not text:
         return {}
@@ -98,12 +98,12 @@ def unpacked(text: str) -> dict[str, np.ndarray]:
             if (size := sum(member.file_size for member in members)) > LARGEST_ARRAYS:
                 raise ValueError(f"they must come to at most {LARGEST_ARRAYS:,} bytes, got {size:,}")
             return {member.filename.removesuffix(_SUFFIX): _array(file.read(member)) for member in members}
-    except Exception as error:  # a text from anybody: encrypted, no arrays, larger than memory
+    except Exception as error:  # a stranger's text may be encrypted, hold no arrays, or exceed memory
         raise CaregiverError(f"the answers of a caregiver cannot be read: {plain(error)}") from None
 
 
 def _array(content: bytes) -> np.ndarray:
-    """Return the array in a file of NumPy's, whose bytes are no more and no fewer than its header says."""
+    """Return the array in an .npy file, whose size must agree with its header."""
     file = io.BytesIO(content)
     version = np.lib.format.read_magic(file)
     if version != (1, 0):
@@ -119,31 +119,28 @@ def _array(content: bytes) -> np.ndarray:
 
 
 def replayed(plan: FloorPlan, text: str) -> ReplayedCaregiver | ReplayedPolicy:
-    """Return what gives the answers in a text again; where they cannot be read, that is a `CaregiverError`."""
+    """Return a caregiver or policy that replays a text of answers; raise CaregiverError if it cannot be read."""
     arrays = unpacked(text)
     return ReplayedPolicy(arrays["actions"]) if "actions" in arrays else ReplayedCaregiver(plan, arrays)
 
 
 class ReplayedPolicy:
-    """Gives actions again, (n, actions); a `CaregiverError` where there are no more, or they are none."""
+    """Replays actions, (n, actions), and raises CaregiverError after the last."""
 
     def __init__(self, actions: np.ndarray):
         self._left = iter(actions)
 
     def __call__(self, timestep: Any) -> np.ndarray:
-        """Answer a time step with the next one."""
+        """Return the next action."""
         if (action := next(self._left, None)) is None:
             raise CaregiverError("the actions of a policy must last to the end of its episodes")
         return np.array(action)
 
 
 class ReplayedCaregiver(Caregiver):
-    """Gives the answers that another one has given, in their order, to a world that asks for the same.
+    """Replays another caregiver's answers in order, and raises CaregiverError if the world asks for others."""
 
-    Where they cannot be read, or its world asks for others, that is a `CaregiverError`.
-    """
-
-    waits = True  # the caregiver that gave the answers may have waited in a cell
+    waits = True  # the recorded caregiver may have waited in a cell
 
     def __init__(self, plan: FloorPlan, arrays: dict[str, np.ndarray]):
         super().__init__(plan)

@@ -1,4 +1,4 @@
-"""Caregivers to compare with: they know no danger."""
+"""Baseline caregivers, which do not estimate danger."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, Where
 
-EPSILON = 0.5  # of the novice that is expected
+EPSILON = 0.5  # of the novice that `childproof` expects
 
 
 class RandomCaregiver(Caregiver):
-    """Draws, in every novice timestep, one of the hazards that are worth protecting the children from.
+    """Draws a hazard worth protecting from in every novice timestep.
 
-    It draws once a timestep and not once an action, or it would turn round before it gets anywhere.
+    Drawing at every action would make it turn round before it gets anywhere.
     """
 
     def __init__(self, plan: FloorPlan, seed: int = 0):
@@ -46,7 +46,7 @@ class RandomCaregiver(Caregiver):
 
 
 class NearestCaregiver(Caregiver):
-    """Protects from what is nearest to a child, whatever the damage."""
+    """Protects from the hazard nearest to a child, regardless of its damage."""
 
     def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
         self.followers = Followers(self.plan, batch, children)
@@ -58,7 +58,7 @@ class NearestCaregiver(Caregiver):
 
 
 class GuardCaregiver(Caregiver):
-    """Goes to the stairwell that is nearest to itself at the start, and stays there."""
+    """Goes to the stairwell nearest to its start, and stays there."""
 
     def __init__(self, plan: FloorPlan, seed: int = 0):
         super().__init__(plan, seed)
@@ -77,17 +77,17 @@ class GuardCaregiver(Caregiver):
 
 
 class NearestFirstCaregiver(GuardCaregiver):
-    """Puts right all that can be, the nearest to itself first, and never looks at the children; then it guards stairs.
+    """Removes all hazards that it can, the nearest first, regardless of the children; then guards stairs.
 
-    It closes gates, picks up what is on the floor, and takes what is on a table to the one beside which there are
-    fewest cells. The stairwell is that of `GuardCaregiver`.
+    It closes gates, picks up things on the floor, and takes things on tables to the table with the fewest cells beside
+    it. It guards the stairwell of `GuardCaregiver`.
     """
 
     def __init__(self, plan: FloorPlan, seed: int = 0):
         super().__init__(plan, seed)
         graph, beside = plan.graph, plan.graph.beside(plan.tables)
         mouths = [plan.cell_index[cell] for cell in plan.mouths.values()]
-        # How far it is to gates, and to what is on the floor, (caregiver cells, of them).
+        # Distances to gates and to things on the floor, (caregiver cells, gates or things).
         self._to_gate, self._to_floor = (graph.distances_from(cells).T for cells in (mouths, plan.floor_cells))
         self._to_table = graph.distances_from(beside).T
         self._beside = np.array([len(cells) for cells in beside], float)
@@ -101,7 +101,7 @@ class NearestFirstCaregiver(GuardCaregiver):
         return np.where(worth.any(axis=1), nearest, super().choose(percept))
 
     def distance(self, percept: Percept) -> np.ndarray:
-        """Return how far it is to what is to be done about each hazard, (B, hazards); infinite if there is nothing."""
+        """Return the distance to the next step against each hazard, (B, hazards); infinite if there is none."""
         hazards, cell = self.plan.hazards, percept.caregiver_cell
         openings = np.full((len(cell), len(self.plan.stairwells)), np.inf)
         openings[:, len(self.plan.landings) :] = self._to_gate[cell]
@@ -113,7 +113,7 @@ class NearestFirstCaregiver(GuardCaregiver):
         return hazards.join(openings, self._to_things(percept), lying)
 
     def _to_things(self, percept: Percept) -> np.ndarray:
-        """Return how far it is to each thing that is on a worse table than a bare one, or on the floor."""
+        """Return the distance to each thing on the floor, or on a table worse than a bare one, (B, things)."""
         cell, table, graph = percept.caregiver_cell, percept.candle_table, self.plan.graph
         if not table.size:
             return np.empty(table.shape)
@@ -125,21 +125,21 @@ class NearestFirstCaregiver(GuardCaregiver):
         return far
 
     def destination(self, percept: Percept, candle: np.ndarray) -> np.ndarray:
-        """Return the bare table beside which the fewest cells are, (B,)."""
+        """Return the bare table with the fewest cells beside it, (B,)."""
         bare = bare_tables(percept.candle_table, len(self._beside))
         return np.where(bare, self._beside, np.inf).argmin(axis=1)
 
 
 class ChildproofCaregiver(NearestFirstCaregiver):
-    """Puts candles where a novice is least likely to bump into them, before it comes in; then it does all the rest.
+    """Puts candles where a novice is least likely to bump into them, before it comes in.
 
-    That is to close gates, and to pick up what is on the floor, the nearest first, and to guard stairs.
+    Then it closes gates and picks up things on the floor, the nearest first, and guards stairs.
     """
 
     def __init__(self, plan: FloorPlan, seed: int = 0):
         super().__init__(plan, seed)
         chosen = np.argsort(table_exposure(plan), kind="stable")[: len(plan.candle_tables)].tolist()
-        # A candle that is on one of them already stays; the others take in turn what is left.
+        # A candle on a chosen table stays; the others take the remaining ones in turn.
         left = iter([table for table in chosen if table not in plan.candle_tables])
         self._tables = np.array([table if table in chosen else next(left) for table in plan.candle_tables], int)
 
@@ -165,16 +165,16 @@ def table_exposure(plan: FloorPlan, epsilon: float = EPSILON, timesteps: int = E
 
 
 class WandererCaregiver(RandomCaregiver):
-    """Draws a hazard at random, and another one only when it is done with the first.
+    """Draws a hazard at random, and another when it is done with the first.
 
-    That is the case once it stands in the stairwell, once the candle has come to stand on another table, or once the
-    hazard is not worth protecting the children from any more.
+    It is done when it stands in the stairwell, when the candle stands on another table, or when the hazard is no longer
+    worth protecting from.
     """
 
     def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
         super().reset(batch, seeds, children)
         self._target = np.full(batch, NOTHING)
-        self._table = np.full(batch, NOTHING)  # on which the candle was when it was drawn
+        self._table = np.full(batch, NOTHING)  # of the candle when it was drawn
 
     def choose(self, percept: Percept) -> np.ndarray:
         drawn, goes_on = super().choose(percept), self._goes_on(percept)
@@ -183,7 +183,7 @@ class WandererCaregiver(RandomCaregiver):
         return self._target
 
     def _goes_on(self, percept: Percept) -> np.ndarray:
-        """Whether there is still something to do about the hazard, (B,)."""
+        """Return whether the hazard still needs an intervention, (B,)."""
         hazards, target = self.plan.hazards, self._target
         if len(hazards) == 0:
             return np.zeros(len(target), bool)
@@ -191,12 +191,12 @@ class WandererCaregiver(RandomCaregiver):
         stairwell, candle = (hazards.among(where, target) for where in (Where.OPENING, Where.ON_TABLE))
         there = (stairwell != NOTHING) & (percept.caregiver_cell == len(self.plan.free_cells) + stairwell)
         moved = (candle != NOTHING) & (table != NOTHING) & (table != self._table)
-        held = (candle != NOTHING) & (candle == percept.holding)  # which is not worth it, as it is safe already
+        held = (candle != NOTHING) & (candle == percept.holding)  # not worth protecting from, but to be put down
         worth = self.worth_protecting(percept)[worlds, target] | held
         return (target != NOTHING) & worth & ~there & ~moved
 
     def _table_of(self, hazard: np.ndarray, percept: Percept) -> np.ndarray:
-        """The tables on which hazards are, (B,); NOTHING for stairwells, and for candles that are on none."""
+        """Return the tables of hazards, (B,); NOTHING for stairwells, and for candles on no table."""
         candle = self.plan.hazards.among(Where.ON_TABLE, hazard)
         if percept.candle_table.shape[1] == 0:
             return np.full(len(hazard), NOTHING)

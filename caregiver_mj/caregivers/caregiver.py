@@ -1,7 +1,7 @@
-"""The caregiver: what to protect next. It never knows whether its world is the grid or the house.
+"""The base class of caregivers, which works in the grid and in the house alike.
 
-A world shows it a `Percept` and carries out the `Interventions` that it answers with. Both hold a batch of worlds, so
-that the grid can run thousands of episodes at once; the house is a batch of one.
+A world gives it a `Percept` and carries out the `Interventions` that it returns. Both hold a batch of worlds, so that
+the grid can run thousands of episodes at once; the house is a batch of one.
 """
 
 from __future__ import annotations
@@ -20,28 +20,28 @@ from caregiver_mj.plans.visibility import FULL, Sight
 
 
 class Caregiver(abc.ABC):
-    """Decides what to protect, and how. One instance serves one batch of episodes at a time.
+    """Chooses interventions. One instance serves one batch of episodes at a time.
 
-    Most caregivers only `choose` a hazard; the rest follows: a stairwell is blocked, a gate closed, a candle taken to
-    the table that `destination` says. One that wants more overrides `decide`.
+    Most caregivers only `choose` a hazard; the kind of hazard decides the verb, and `destination` the table of a
+    candle. A caregiver that needs more control overrides `decide`.
 
     Attributes:
         plan: The house.
-        seed: Seed for whatever is random in the caregiver.
+        seed: Seed of the caregiver's own randomness.
         table_distances: Moves that a child needs to bump into each table, (free cells, tables).
         stairwell_distances: Moves after which it falls down each stairwell, (free cells, stairwells).
         floor_distances: Moves after which it takes each thing on the floor, (free cells, things).
-        takes_orders: Whether it only passes on what it was told, which leaves no choice to the one who carries it out.
-        waits: Whether it may go to any cell to do nothing there.
-        yields: Whether it steps aside, or follows, where a child bars its way, and keeps out of the children's way when
-            there is nothing to do. One that does not stays where it is.
-        needs_pictures: Whether it asks for a percept's `frames`, for which its house must be made: it acts in no grid.
-        pace: How long it takes for what it does. Its world enters it before the first `reset` there.
-        sight: What it sees children with. Its world enters that likewise.
-        followers: Whoever comes after it wherever it goes. It then protects nobody from anything, but stays away from
-            hazards. Left out by a caregiver that does not care.
-        serves: What stands for the episodes that it serves now. Its world enters it after `reset`, to see whether
-            another world has begun some with it meanwhile.
+        takes_orders: Whether it only passes on orders, which the robot must carry out as given.
+        waits: Whether it may send the robot to any cell to wait there.
+        yields: Whether it steps aside, or follows, where a child bars its way, and makes room for children when it has
+            nothing to do. Otherwise it stays.
+        needs_pictures: Whether it needs a percept's `frames`, so that it acts in the house only.
+        pace: Durations of its actions, set by the world before the first `reset`.
+        sight: How it sees children, set by the world before the first `reset`.
+        followers: Detects children that follow it. With followers it protects from nothing, but stays away from
+            hazards. None to ignore them.
+        serves: Token of the present episodes, set by the world after `reset` to detect that another world has begun
+            episodes with it.
     """
 
     takes_orders = False
@@ -66,24 +66,24 @@ class Caregiver(abc.ABC):
         """Begin B new episodes.
 
         Args:
-            batch: B.
-            seeds: A seed for each episode, for caregivers that draw lots: an episode must not depend on its batch.
-            children: K, how many children there are in each.
+            batch: B, the number of episodes.
+            seeds: A seed for each episode, for random caregivers: an episode must not depend on its batch.
+            children: K, the number of children in each.
         """
 
     def prepare(self, candle_table: np.ndarray) -> np.ndarray:
-        """Make the house safe before the children come in; asked after `reset`, at the start of every episode.
+        """Make the house safe before the children come in; called after `reset`.
 
         Args:
-            candle_table: Index of the table on which each candle stands in the floor plan, (B, candles).
+            candle_table: Index of each candle's table in the floor plan, (B, candles).
 
         Returns:
-            Index of that on which it shall stand when the episode begins, likewise.
+            Index of each candle's table at the start of the episode, (B, candles).
         """
         return candle_table
 
     def watch(self, percept: Percept) -> None:
-        """Take in the children's last moves. Called once a novice timestep."""
+        """Observe the children's last moves. Called once a novice timestep."""
         if self.followers:
             self.followers.watch(percept)
 
@@ -92,22 +92,22 @@ class Caregiver(abc.ABC):
         """Choose the hazard to protect the children from now, (B,), or NOTHING."""
 
     def decide(self, percept: Percept) -> Interventions:
-        """Say what to do now. Called as often as the world likes."""
+        """Return the interventions to do now. A world may call it at any time."""
         return self.protect(percept, self.choose(percept))
 
     def assess(self, percept: Percept) -> Assessment | None:
-        """Return the numbers behind a decision; None for a caregiver that has no such numbers."""
+        """Return the numbers behind a decision, or None."""
         return None
 
     # -- What most caregivers share --------------------------------------------------------------
 
     @property
     def idle_verb(self) -> str:
-        """What it does when there is nothing to do."""
+        """Verb for when it has nothing to do."""
         return STAND_ASIDE if self.yields else DO_NOTHING
 
     def protect(self, percept: Percept, hazard: np.ndarray) -> Interventions:
-        """Return interventions that protect the children from hazards (B,); make room, or stay, where it is NOTHING."""
+        """Return interventions against hazards (B,); for NOTHING, the idle verb."""
         hazards, who = self.plan.hazards, f"{type(self).__name__}.choose must answer with"
         hazard = check_numbers(who, hazard, len(percept.child_cell), NOTHING, len(hazards) - 1)
         if self.followers is not None:
@@ -119,10 +119,10 @@ class Caregiver(abc.ABC):
         return Interventions(verb, hazard, destination)
 
     def destination(self, percept: Percept, candle: np.ndarray) -> np.ndarray:
-        """Choose where a candle shall go: the bare table farthest, on foot, from the child that is nearest to it.
+        """Choose the table for a candle: the bare one with the longest way from its nearest child.
 
         Args:
-            percept: What is seen at the moment of the choice.
+            percept: The percept at the time of the choice.
             candle: Index of the candle for each world, (B,).
 
         Returns:
@@ -132,10 +132,10 @@ class Caregiver(abc.ABC):
         return np.where(bare_tables(percept.candle_table, len(self.plan.tables)), distance, -np.inf).argmax(axis=1)
 
     def worth_protecting(self, percept: Percept) -> np.ndarray:
-        """Return which hazards the caregiver can do something about, bool (B, hazards).
+        """Return whether the caregiver can do something about each hazard, bool (B, hazards).
 
-        Every stairwell, every candle that would be farther from the nearest child on a bare table than where it is, and
-        everything that still lies on the floor; but none that is out of reach.
+        True for every stairwell, every candle that would be farther from the nearest child on a bare table, and every
+        thing that still lies on the floor; False for hazards out of reach.
         """
         table = percept.candle_table
         distance = self.table_distances[percept.child_cell].min(axis=1)
@@ -148,8 +148,7 @@ class Caregiver(abc.ABC):
     def hazard_distances(self, percept: Percept) -> np.ndarray:
         """Return the novice timesteps from each child to each hazard, (B, K, hazards).
 
-        Infinite for one that is carried, or gone. A child collides with what is on the floor by stepping into its cell,
-        if it is not in there already.
+        Infinite for one that is carried or gone. A child collides with a thing on the floor by entering its cell.
         """
         cell, table = percept.child_cell, percept.candle_table
         candles = np.where(table[:, None] == NOTHING, np.inf, self.table_distances[cell[..., None], table[:, None]])
@@ -164,7 +163,7 @@ class Caregiver(abc.ABC):
 def first_of_greatest(score: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the first hazard of the greatest score (NOTHING if there are none), and that score, both (B,).
 
-    Scores that only rounding tells apart count as equal.
+    Scores that differ by rounding only count as equal.
 
     Args:
         score: A number of at least 0 for each hazard, (B, hazards).
@@ -176,10 +175,10 @@ def first_of_greatest(score: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def answer(caregiver: Caregiver, percept: Percept) -> Interventions:
-    """Return what a caregiver decides, checked.
+    """Return a caregiver's decision, checked.
 
     Raises:
-        CaregiverError: It is nothing that could be done in B worlds of its house.
+        CaregiverError: The answer is invalid for B worlds of its house.
     """
     given, batch, who = caregiver.decide(percept), len(percept.child_cell), f"{type(caregiver).__name__}.decide"
     if not isinstance(given, Interventions) or np.shape(given.verb) != (batch,):
@@ -197,7 +196,7 @@ def answer(caregiver: Caregiver, percept: Percept) -> Interventions:
 
 
 def _check_kinds(who: str, hazards: Hazards, given: Interventions) -> None:
-    """Raise CaregiverError unless verbs are about hazards that they act on."""
+    """Raise CaregiverError unless each verb suits its hazard."""
     for name, where in ((name, verb.where) for name, verb in VERBS.items() if verb.where):
         numbers = np.asarray(given.hazard)[np.asarray(given.verb) == name]
         if not numbers.size:
@@ -213,7 +212,7 @@ def _check_kinds(who: str, hazards: Hazards, given: Interventions) -> None:
 
 
 def check_numbers(what: str, numbers: np.ndarray, batch: int, least: int, most: int) -> np.ndarray:
-    """Return an array (B,), or raise CaregiverError unless it is one of integers from least to most."""
+    """Return an array (B,) of integers, or raise CaregiverError unless all are from `least` to `most`."""
     numbers = np.asarray(numbers)
     if numbers.shape != (batch,) or not np.issubdtype(numbers.dtype, np.integer):
         raise CaregiverError(f"{what} {batch} integers, got {numbers!r}")
@@ -223,18 +222,18 @@ def check_numbers(what: str, numbers: np.ndarray, batch: int, least: int, most: 
 
 
 def starting_tables(plan: FloorPlan, caregiver: Caregiver | None, batch: int = 1) -> np.ndarray:
-    """Return where the candles stand at first: as in the floor plan, or where the caregiver has put them before.
+    """Return the candles' tables at the start: those of the floor plan, or of the caregiver's `prepare`.
 
     Args:
         plan: The house.
-        caregiver: Who protects the children; it has been reset for as many episodes. None if nobody does.
+        caregiver: The caregiver, after `reset` for as many episodes, or None.
         batch: Number of episodes.
 
     Returns:
         Table indices, (episodes, candles).
 
     Raises:
-        CaregiverError: The caregiver's are none.
+        CaregiverError: The caregiver's answer is invalid.
     """
     as_planned = np.tile(np.array(plan.candle_tables, int), (batch, 1))
     if caregiver is None:

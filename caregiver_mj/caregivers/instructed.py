@@ -1,4 +1,4 @@
-"""Caregivers that are told what to do: by a task that names its goal, by a command, or by a policy of one's own."""
+"""Caregivers that follow orders: from a task with a goal, from commands, or from a policy over targets."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from caregiver_mj.registry import errors_of
 
 
 class InstructedCaregiver(Caregiver):
-    """Does the one thing that it was told, instead of looking for danger. It serves one world at a time.
+    """Carries out one order, in one world at a time.
 
     Attributes:
-        orders: What it was told.
+        orders: The intervention to do.
     """
 
     takes_orders = True
@@ -37,10 +37,10 @@ class InstructedCaregiver(Caregiver):
 
 
 class CommandedCaregiver(Caregiver):
-    """Protects the children from the hazards that it was told, as long as it can do something about them.
+    """Protects the children from commanded hazards as long as it can do something about them.
 
     Attributes:
-        targets: Number of the hazard for each world, or NOTHING, (B,).
+        targets: Number of the hazard in each world, or NOTHING, (B,).
     """
 
     targets = np.array([NOTHING])
@@ -55,14 +55,14 @@ class CommandedCaregiver(Caregiver):
 
 
 class TargetPolicy(CommandedCaregiver, abc.ABC):
-    """Answers observations with targets, once a novice timestep, in the grid and in the house, as trained ones do.
+    """Base class of policies that choose a target once a novice timestep, in the grid and in the house.
 
-    Observations, masks and actions are those of the Gymnasium environment `caregiver_mj/Supervise-Targets-v0`, of B
-    worlds at once. A subclass says what that was made with.
+    Observations, masks and actions are those of the Gymnasium environment `caregiver_mj/Supervise-Targets-v0`, for B
+    worlds at once. A subclass sets the options with which it was trained.
 
     Attributes:
-        observation: What is observed, as `make_targets` takes it, and likewise `slots` and `shape`.
-        encoder: What is observed, from `reset` on.
+        observation: Kind of observation, as `make_targets` takes it, and so `slots` and `shape`.
+        encoder: Makes the observations, from `reset` on.
     """
 
     slots: Places | None = None
@@ -71,7 +71,7 @@ class TargetPolicy(CommandedCaregiver, abc.ABC):
 
     def __init__(self, plan: FloorPlan, seed: int = 0):
         super().__init__(plan, seed)
-        Slots(plan, self.slots, self.shape)  # says so if there are too few
+        Slots(plan, self.slots, self.shape)  # raises if there are too few
 
     def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
         super().reset(batch, seeds, children)
@@ -79,15 +79,15 @@ class TargetPolicy(CommandedCaregiver, abc.ABC):
 
     @abc.abstractmethod
     def act(self, observations: Observations, masks: np.ndarray) -> np.ndarray:
-        """Choose what to protect the children from.
+        """Choose targets.
 
         Args:
-            observations: Of each world: a dictionary of arrays (B, ...), or one array (B, numbers).
-            masks: Which actions do something, bool (B, actions). One that does not counts as 0.
+            observations: A dictionary of arrays (B, ...), or one array (B, numbers).
+            masks: Whether each action has an effect, bool (B, actions). One without counts as 0.
 
         Returns:
-            Actions (B,): 0 for nothing, else 1 plus the number of a slot: first the stairwells, then what is carried,
-            then what lies on the floor.
+            Actions (B,): 0 for nothing, else 1 plus the number of a slot: stairwells, then things to carry, then things
+            on the floor.
         """
 
     def watch(self, percept: Percept) -> None:

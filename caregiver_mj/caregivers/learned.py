@@ -1,10 +1,10 @@
-"""The learned caregiver: a small network says what is best to do, which has learned it from `foresight`.
+"""The learned caregiver: a small network that imitates `foresight`.
 
-`scripts/train.py` trains it; here it runs on NumPy alone, with the weights in `learned.npz`. Every option (an opening,
-a candle and a table for it, a thing on the floor, to stand aside, to stay) has features: what is to be expected of its
-hazard, and of the others meanwhile, by the belief of `foresight`; how long the robot takes; and what a planner that
-knows of no candles expects where the robot will then be, which has a single layout to plan for. The network scores each
-option, knowing what the others are on an average, so that it serves houses with any number of hazards.
+`scripts/train.py` trains it; here it runs on NumPy alone, with the weights in `learned.npz`. The options are an
+opening, a candle and a table for it, a thing on the floor, to stand aside, and to stay. Their features are the expected
+damage of the option's hazard, and of the others meanwhile, by the belief of `foresight`; the robot's durations; and the
+value that a planner without candles, which has a single layout, gives to the robot's next place. The network scores
+each option together with the mean of all, so that it serves houses with any number of hazards.
 """
 
 from __future__ import annotations
@@ -28,27 +28,30 @@ from caregiver_mj.plans.cell_graph import UNREACHABLE
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, Where
 
-# What it is trained for: a denied move costs four fifths of what it does `foresight`.
+# Objective of the training: a denied move costs four fifths of its price in `foresight`.
 OBJECTIVE = Objective(price=1.2, random_price=0.24)
-LOYAL = 0.5  # by how much, in score, something else must be better than what it is about
-_WITHIN = np.array([1, 2, 3, 5, 8, 12, 20, 30])  # timesteps within which a child may come to harm
-_SHOWN = [0, 1, 3, 5]  # of what is to be expected, features of their own: at all, and within 1, 3 and 8 timesteps
+LOYAL = 0.5  # score by which another option must exceed the present one
+_WITHIN = np.array([1, 2, 3, 5, 8, 12, 20, 30])  # novice timesteps; horizons of expected damage
+_SHOWN = [0, 1, 3, 5]  # horizons that are features: unlimited, and 1, 3 and 8 timesteps
 _CANDLES = str.maketrans({kind.symbol: TABLE.symbol for kind in KINDS if kind.where is Where.ON_TABLE})
 Weights = dict[str, np.ndarray]
 
 
 @functools.cache
 def shipped() -> Weights:
-    """Return the weights beside this file, read once."""
+    """Return the packaged weights."""
     with (importlib.resources.files(__package__) / "learned.npz").open("rb") as content, np.load(content) as file:
         return {name: value.astype(float) for name, value in file.items()}
 
 
 def layers(net: Weights, rows: np.ndarray, worlds: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return what the network makes of options: its layers, and the score of each, (N,).
+    """Return the network's layers, and last the score of each option, (N,).
 
-    The rows are the features of the options, (N, features), of B worlds one after the other, so many (B,) of each;
-    those of the worlds are (B, features).
+    Args:
+        net: The weights.
+        rows: Features of the options of B worlds, one world after the other, (N, features).
+        worlds: Features of the worlds, (B, features).
+        counts: Number of options of each world, (B,).
     """
     first = np.cumsum(counts) - counts
     x = np.clip((rows - net["mean"]) / net["spread"], -6.0, 6.0)
@@ -61,9 +64,9 @@ def layers(net: Weights, rows: np.ndarray, worlds: np.ndarray, counts: np.ndarra
 
 @functools.lru_cache(maxsize=4)
 def _prospects(plan: FloorPlan) -> np.ndarray:
-    """Return what is to be expected of openings, tables and things on the floor, (cells, G E, (1 + horizons) places).
+    """Return the expected bumps into openings, tables and things on the floor, (cells, G E, (1 + horizons) places).
 
-    That is, in this order, the discounted bumps to come, and the probability of one within each horizon.
+    The values are the discounted number of bumps, then the probability of one within each horizon.
     """
     chain, things, discount = child_chain(plan), plan.floor_cells, OBJECTIVE.discount
     found = [expected_hits(chain, discount), discounted_entry(chain, things, discount)]
@@ -73,23 +76,23 @@ def _prospects(plan: FloorPlan) -> np.ndarray:
 
 
 def _ways(plan: FloorPlan, pace: Pace) -> Motion:
-    """Return how it moves: as in the grid, where it is trained, no slower beside a child than elsewhere."""
+    """Return its motion: as in the grid, where it is trained, without slowing down beside a child."""
     return motion(plan, dataclasses.replace(pace, beside=()))
 
 
 @functools.lru_cache(maxsize=4)
 def _without_candles(plan: FloorPlan, pace: Pace) -> tuple[np.ndarray, np.ndarray]:
-    """Return the damage to come if there were no candles, and the goals and epsilons that it is by, (J,).
+    """Return the damage to come without candles, and the goals and epsilons of its last dimension, (J,).
 
-    It is (sets of shut gates, 1 + things, C R, J), as in `ValueTable`: at best, and if it goes for each thing on the
-    floor. Of a house that is too large even for that nothing is expected.
+    The damage is (sets of shut gates, 1 + things, C R, J), as in `ValueTable`: at best, and if the robot goes for each
+    thing on the floor. It is zero for a house that is too large for the tables.
     """
     bare = dataclasses.replace(plan, rows=tuple(row.translate(_CANDLES) for row in plan.rows))
     if candles_at_a_time(bare) < 0:
         none = np.zeros((1, 1, 1, 1), np.float32)
         shape = 1 << len(plan.mouths), 1 + len(plan.floor_cells), len(plan.free_cells) * len(plan.caregiver_cells), 1
         return np.broadcast_to(none, shape), np.zeros(1, int)
-    # The network has learned from tables of a planner that does not wait just anywhere.
+    # The network was trained on tables of a planner without waiting cells.
     pace, objective = dataclasses.replace(pace, beside=()), dataclasses.replace(OBJECTIVE, sweeps=40)
     tables = value_tables(bare, pace, objective, waits=False)
     by_gates = {sum(1 << (gate - len(plan.landings)) for gate in shut): table for shut, table in tables.items()}
@@ -98,16 +101,16 @@ def _without_candles(plan: FloorPlan, pace: Pace) -> tuple[np.ndarray, np.ndarra
 
 
 class LearnedCaregiver(Caregiver):
-    """Does what a network scores highest, and thinks better of it when the children have moved, or it is done.
+    """Takes the option with the highest score, and reconsiders when the children have moved or it is done.
 
     Attributes:
-        net: Its weights; those of `shipped`, if left out.
+        net: Its weights; None for `shipped`.
         hazard: The hazard of each option, NOTHING for the last two: to stand aside, and to stay.
-        table: The table that each option takes a candle to, or NOTHING; `pair` says which do, `candle` which candle.
-        of: The hazard of each option, for the last two one more than there are; `thing` that on the floor, or NOTHING.
-        kind, more: What each option is by its kind, and the damage of each hazard; both are features.
+        table: The table to which each option takes a candle, or NOTHING; `pair` marks these, `candle` is the candle.
+        of: The hazard of each option, for the last two the number of hazards; `thing` the one on the floor, or NOTHING.
+        kind, more: Features: the kind of each option, and the damage of each hazard.
         apart: Steps between the caregiver's cells.
-        followers: What it believes of the children, too.
+        followers: Detects followers; also holds the belief about the children.
     """
 
     net: Weights | None = None
@@ -127,7 +130,7 @@ class LearnedCaregiver(Caregiver):
         self.of = np.append(self.hazard[:-2], [len(hazards)] * 2)
         is_thing = self.hazard >= openings + candles
         self.thing = np.where(is_thing, self.hazard - openings - candles, NOTHING)
-        # Damage of each hazard, for one on a table that beyond the bare table's.
+        # Damage of each hazard; on a table, the excess over the bare table's.
         self.more = hazards.damage - hazards.weights[TABLE.name] * hazards.are_at(Where.ON_TABLE, each)
         opens = (self.hazard >= 0) & (self.hazard < openings)
         gate, idle = opens & (self.hazard >= len(plan.landings)), np.eye(len(self.hazard))[:, -2:]
@@ -158,13 +161,13 @@ class LearnedCaregiver(Caregiver):
         return self.take(self._about)
 
     def scores(self, percept: Percept, worlds: np.ndarray) -> np.ndarray:
-        """Return how good each option is in some worlds, (W,), -inf for what cannot be: (W, options)."""
+        """Return the score of each option in some worlds (W,), -inf for an impossible one, (W, options)."""
         return self.judged(*self.features(percept, worlds))
 
     def judged(self, options: np.ndarray, world: np.ndarray, there: np.ndarray) -> np.ndarray:
-        """Return the same by what `features` returns."""
+        """Return the scores from the result of `features`."""
         score = np.full(there.shape, -np.inf)
-        # Rounded, for sums may come out otherwise in another batch.
+        # Rounded, because sums may differ in another batch.
         score[there] = layers(self.net or shipped(), options[there], world, there.sum(axis=1))[-1].round(9)
         return score
 
@@ -176,7 +179,7 @@ class LearnedCaregiver(Caregiver):
         return Interventions(np.where(hazard == NOTHING, idle, verb), hazard, self.table[option])
 
     def can_be(self, percept: Percept, worlds: np.ndarray | slice = slice(None)) -> np.ndarray:
-        """Return which options there are in some worlds, bool (W, options)."""
+        """Return whether each option is possible in some worlds, bool (W, options)."""
         there = np.ones((len(percept.candle_table[worlds]), len(self.hazard)), bool)
         if percept.out_of_reach is not None:
             there[:, :-2] = ~percept.out_of_reach[worlds][:, self.of[:-2]]
@@ -209,7 +212,7 @@ class _Look:
         shut = np.zeros((self.count, openings), bool) if percept.shut is None else percept.shut[worlds]
         self.gates = shut[:, len(plan.landings) :] @ (1 << np.arange(len(plan.mouths)))
 
-        # What is to be expected of each place, of the hazard that is there, and if the candle is on the other table.
+        # Expected damage of each place, of the hazard there, and with the candle on the other table.
         belief = caregiver.followers.belief.probability[worlds]
         self.epsilon, self.wants = belief.sum(axis=2).mean(axis=1), belief.reshape(*self.child.shape, 1, -1)
         prospects = _prospects(plan)
@@ -232,7 +235,7 @@ class _Look:
         self._time()
 
     def _time(self) -> None:
-        """Find how long it takes to get there, and to be done; where it will be at the next move, and in the end."""
+        """Compute the times to get there and to be done, and the places at the next move and at the end."""
         by, pace, ways, pair = self.by, self.by.pace, _ways(self.plan, self.by.pace), self.by.pair
         near = by.apart[self.cell[:, None], self.child]
         self.near, here, left = near.min(axis=1), self.cell[:, None], self.left[:, None]
@@ -256,7 +259,7 @@ class _Look:
 
     @functools.cached_property
     def planned(self) -> list[np.ndarray]:
-        """What the planner without candles expects: if it goes there, at its end, (W, options); if it stays, (W, 1)."""
+        """Values without candles: after going there, at its end, (W, options) each; if it stays, (W, 1)."""
         value, possible = _without_candles(self.plan, self.by.pace)
         cells = np.concatenate([self.after, self.end, self.cell[:, None]], axis=1)[:, None]
         cells = cells + self.child[:, :, None] * len(self.plan.caregiver_cells)
@@ -271,13 +274,13 @@ class _Look:
 
     @functools.cached_property
     def best(self) -> np.ndarray:
-        """The most that can be gained by each hazard, and by idling, (W, hazards + 1)."""
+        """Greatest gain by each hazard, and by idling, (W, hazards + 1)."""
         best = np.zeros(self.now.shape[::2])
         np.maximum.at(best, (np.arange(self.count)[:, None], self.by.of), np.where(self.there, self.gain[:, 0], 0.0))
         return best
 
     def afterwards(self) -> list[np.ndarray]:
-        """Return what the others may do until it could get to them after that, and what could then be saved."""
+        """Return the damage of the other hazards until the robot gets to them afterwards, and the possible gains."""
         ways = _ways(self.plan, self.by.pace)
         target = np.concatenate([self.table + len(ways.posts), np.tile(ways.floor, (self.count, 1))], axis=1)
         onwards = ways.open_distance[target.astype(int)[:, None], self.end[..., None]] / self.by.pace.cells
@@ -287,7 +290,7 @@ class _Look:
         return [(harm * rest).sum(axis=2), saves.sum(axis=2), saves.max(axis=2, initial=0.0)]
 
     def options(self) -> np.ndarray:
-        """Return features of the options, (W, options, features)."""
+        """Return the features of the options, (W, options, features)."""
         by, before, gain, done, there = self.by, self.before, self.gain, self.done, self.there
         then, end, stays = self.planned
         soon_hit, too_late, later = (_within(before, moves) for moves in (self.soon, done, done + 1.0))
@@ -310,7 +313,7 @@ class _Look:
         return np.concatenate([np.stack(values, axis=2), kind], axis=2)
 
     def world(self) -> np.ndarray:
-        """Return features of the worlds, (W, features)."""
+        """Return the features of the worlds, (W, features)."""
         then, _, stays = self.planned
         sums = [self.now[..., some].sum(axis=2) for some in (self.openings, self.on_tables, self.lying)]
         some = self.there[:, self.openings], self.there[:, self.by.pair] / 5, self.there[:, self.by.thing != NOTHING]
@@ -325,14 +328,14 @@ class _Look:
 
 
 def _log(damage: np.ndarray) -> np.ndarray:
-    """Return the same on a scale that tells small ones apart."""
+    """Return damage on a logarithmic scale."""
     return np.log1p(100.0 * np.maximum(damage, 0.0)) / 3.0
 
 
 def _within(harm: np.ndarray, moves: np.ndarray) -> np.ndarray:
-    """Return what is to be expected within some moves, (B, ...), by that within each horizon, (B, horizons, ...)."""
+    """Return the expected damage within some moves, (B, ...), from that within each horizon, (B, horizons, ...)."""
     moves = np.minimum(moves, _WITHIN[-1])
-    column = np.searchsorted(_WITHIN, moves)  # of the horizon from there on; in between it is taken to be linear
+    column = np.searchsorted(_WITHIN, moves)  # of the next horizon; linear interpolation in between
     ends = np.append(_WITHIN, 0)
     share = (moves - ends[column - 1]) / (ends[column] - ends[column - 1])
     above = np.take_along_axis(harm, column[:, None] + 1, axis=1)[:, 0]

@@ -22,7 +22,7 @@ _OPTIONS = {"reach": ("inverse", "linear"), "prior": ("draw", "mean")}
 class PaperCaregiver(Caregiver):
     """Protects the children from the hazard of greatest expected danger, equation (2), over all of them.
 
-    The paper has one child; of several, the dangers that a hazard is to each are added up.
+    The paper has one child; with several, the dangers of a hazard to each are added up.
     """
 
     def __init__(
@@ -43,12 +43,12 @@ class PaperCaregiver(Caregiver):
             seed: Seed of the expert trajectories and the Dirichlet draw.
             reach: Reading of P(reach): "inverse" or "linear" distance.
             prior: theta_s as a "draw" from Dir(alpha_s), or its "mean".
-            threshold: Expected danger below which nothing is done.
-            expert_timesteps: How long their trajectories are together; 0 without any experts.
+            threshold: Expected danger below which it does nothing.
+            expert_timesteps: Total length of the expert trajectories; 0 for no experts.
             hyperprior: alpha_s^0(a).
 
         Raises:
-            CaregiverError: An option has none of its values.
+            CaregiverError: An option has an invalid value.
             ValueError: The hyperprior is not positive.
         """
         super().__init__(plan, seed)
@@ -61,7 +61,7 @@ class PaperCaregiver(Caregiver):
         draws = prior == "draw"
         self.action_prior = safety.action_prior_draw(alpha, random) if draws else safety.action_prior_mean(alpha)
         self._reach, self._threshold = reach, threshold
-        # Candles can come to stand on any table, so the largest distance is that over all tables.
+        # Candles can stand on any table, so the largest distance is over all tables.
         self._largest_distance = max(
             d.max()
             for d in (self.table_distances, self.stairwell_distances, self.floor_distances, np.ones(1))
@@ -83,22 +83,22 @@ class PaperCaregiver(Caregiver):
         return self.weigh(self.reach(percept))
 
     def weigh(self, reach: np.ndarray) -> Assessment:
-        """Return P(safe|tau) and expected danger as they stand now, with P(reach|tau) (B, K, hazards)."""
+        """Return the present P(safe|tau) and expected danger, given P(reach|tau), (B, K, hazards)."""
         safe, damage = safety.probability_safe(self._log_ratio), self.plan.hazards.damage
         danger = safety.expected_danger(safe, reach, damage)
-        # 1 - P(safe) may round to 0 after a long safe walk. What tells between children is how they compare, so it is
-        # taken in log space, over the greatest one; a single child's is then exactly 1 and tells nothing.
+        # 1 - P(safe) may round to 0 after a long safe walk. Only its ratios between children matter, so it is computed
+        # in log space, relative to the greatest; for a single child it is exactly 1.
         unsafe = safety.log_probability_unsafe(self._log_ratio)
         weight = np.exp(unsafe - unsafe.max(axis=1, keepdims=True))
         return Assessment(safe, reach, danger, self.urgency(weight, reach))
 
     def urgency(self, unsafe: np.ndarray, reach: np.ndarray) -> np.ndarray:
-        """Return that of each hazard, (B, hazards), by how unsafe the children are, (B, K), and P(reach|tau)."""
+        """Return the urgency of each hazard, (B, hazards), given the children's unsafety, (B, K), and P(reach|tau)."""
         return (unsafe[..., None] * reach * self.plan.hazards.damage).sum(axis=1)
 
     def reach(self, percept: Percept) -> np.ndarray:
         """Return P(reach_o|tau) of each hazard by each child, (B, K, hazards), normalised over hazards, not tables."""
-        if percept.belief:  # what is to be expected over all cells
+        if percept.belief:  # expectation over all cells
             presence = percept.belief.presence
             anywhere = np.broadcast_to(np.arange(presence.shape[2]), (len(presence), presence.shape[2]))
             reach = self.reach(dataclasses.replace(percept, child_cell=anywhere, belief=None))
@@ -112,7 +112,7 @@ class PaperCaregiver(Caregiver):
         return self.target(percept, self.assess(percept))
 
     def target(self, percept: Percept, assessment: Assessment) -> np.ndarray:
-        """Return the hazard of greatest expected danger, (B,), or NOTHING, by an assessment of one's own."""
+        """Return the hazard of greatest expected danger, (B,), or NOTHING, given an assessment."""
         target, most = first_of_greatest(np.where(self.worth_protecting(percept), assessment.urgency, 0.0))
         danger = np.where(most > 0, (1.0 - assessment.safe).max(axis=1) * most, -np.inf)
         return np.where(danger >= self._threshold, target, NOTHING)
@@ -135,7 +135,7 @@ class CandlesCaregiver(PaperCaregiver):
 
 
 class LastSeenCaregiver(PaperCaregiver):
-    """The rule without a tracker: a child that is not seen is thought to be where it was seen last."""
+    """The rule without a tracker: it assumes that an unseen child is where it was last seen."""
 
     def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
         super().reset(batch, seeds, children)
@@ -151,7 +151,7 @@ class LastSeenCaregiver(PaperCaregiver):
         return super().decide(self._as_seen(percept))
 
     def _as_seen(self, percept: Percept) -> Percept:
-        """Return what it knows without belief; a child that it has never seen is where that says."""
+        """Return the percept without belief; a child that it has never seen is in its most probable cell."""
         if not percept.belief:
             return percept
         self._last = np.where(percept.belief.seen, percept.child_cell, self._last)

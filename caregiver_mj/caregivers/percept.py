@@ -1,4 +1,4 @@
-"""What a caregiver sees, how fast it is, what it believes of the children, and the numbers behind its decisions."""
+"""A caregiver's percept, pace, predictions and assessments."""
 
 from __future__ import annotations
 
@@ -16,28 +16,30 @@ from caregiver_mj.plans.cell_graph import CellGraph
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
-HORIZON = 15  # timesteps: in as many the caregiver gets anywhere in most houses, and has moved a candle
-_SURE = 0.9  # probability from which on a child is taken to follow the caregiver
+HORIZON = 15  # novice timesteps; enough to get anywhere and to move a candle in most houses
+_SURE = 0.9  # probability above which a child counts as following the caregiver
 
 
 @dataclasses.dataclass(frozen=True)
 class Pace:
-    """What the world of a caregiver tells it about its own speed. All times are in that of walking a cell."""
+    """Durations of a caregiver's actions in its world, in units of the time to walk a cell."""
 
-    cells: float = 3.0  #: cells that it walks in a novice timestep, once it is on its way
-    get: float = 1.0  #: time to take a candle from a table that it stands beside
+    cells: float = 3.0  #: cells walked in a novice timestep, at full speed
+    get: float = 1.0  #: time to take a candle from the table beside it
     place: float = 1.0  #: time to put one down there
-    start: float = 0.0  #: time that it loses on each way by setting off and stopping
-    close: float = 1.0  #: time to close a gate before which it stands
-    pick_up: float = 1.0  #: time to pick up what lies on the floor where it stands
-    #: time to walk into the next cell with a child so many cells ahead of this one, a row each, and so many to the
-    #: side, a column each; beyond these, and with a child behind it, it is 1
+    start: float = 0.0  #: time lost on each way by starting and stopping
+    close: float = 1.0  #: time to close the gate before it
+    pick_up: float = 1.0  #: time to pick up a thing from the floor
+    #: time to walk into the next cell with a child some cells ahead (row) and to the side (column); 1 beyond these, and
+    #: with a child behind
     beside: tuple[tuple[float, ...], ...] = ()
 
     def way(self, step: np.ndarray, child: np.ndarray) -> np.ndarray:
-        """Return the time to walk into the next cell, (...), by rows and columns of that and of the child, (..., 2).
+        """Return the time to walk into the next cell, (...).
 
-        Both count from the cell in which it is.
+        Args:
+            step: Row and column of the next cell, relative to the present one, (..., 2).
+            child: Row and column of the child, relative to the present one, (..., 2).
         """
         ahead = (step * child).sum(axis=-1)
         if not self.beside:
@@ -47,38 +49,32 @@ class Pace:
         return known[np.clip(ahead + 1, 0, len(known) - 1), np.minimum(aside, known.shape[1] - 1)]
 
 
-PAPER = Pace()  # of the caregiver in the paper's grid: 5.0 km/h over the child's 1.6 km/h, rounded down (section V.C)
+PAPER = Pace()  # in the paper's grid: 5.0 km/h over the child's 1.6 km/h, rounded down (section V.C)
 
 
 @dataclasses.dataclass(frozen=True)
 class Percept:
-    """What the caregiver sees of B worlds with K children each at one moment.
+    """Observation of B worlds with K children each. For optional boolean arrays None means all False.
 
     Attributes:
         child_cell: Index of each child's free cell, (B, K).
-        previous_cell: The cell in which it made its last move, (B, K).
-        previous_action: That move, an index into `ACTIONS`, or NOTHING before the first one and for a child that made
-            none, (B, K).
-        caregiver_cell: Index of the caregiver's own cell in `FloorPlan.caregiver_cells`, (B,).
-        candle_table: Index of the table on which each candle is, (B, candles), or NOTHING for one that is on none
-            (it is in the caregiver's hand, or on the floor).
+        previous_cell: The cell in which each child made its last move, (B, K).
+        previous_action: That move, an index into `ACTIONS`, or NOTHING for none, (B, K).
+        caregiver_cell: Index of the caregiver's cell in `FloorPlan.caregiver_cells`, (B,).
+        candle_table: Index of each candle's table, NOTHING for one in the hand or on the floor, (B, candles).
         holding: Index of the candle in the caregiver's hand, or NOTHING, (B,).
-        candle_cell: Index of the free cell on whose floor each candle is, (B, candles), or NOTHING. Left out where
-            no candle can be on the floor, as in the grid.
-        out_of_reach: Whether a hazard is to be passed over, because the caregiver could not get to it lately, or there
-            is nothing more to be done about it, (B, hazards). Left out if there is none.
-        shut: Whether each opening is shut, so that no child gets through, (B, openings). Left out if none is.
-        gone: Whether each hazard on the floor is gone, (B, hazards on the floor). Left out if none is.
-        time_left: Share of a novice timestep until the children make their next moves, those of which `child_cell`
-            does not know yet, (B,). Left out where all of it is left.
-        clock: Novice timesteps since the start of the episode, with their fraction, (B,). Left out where nobody asks.
-        under_way: Number of the hazard that the caregiver is about, or NOTHING, (B,). Left out likewise.
-        belief: What is believed of the children, some of which are not seen: `child_cell` is then the most probable
-            cell, and the last move NOTHING. Left out where all are seen, always.
-        hears: Whether, with a candle in the hand, it takes notice of stairwells, and puts it down the sooner, (B,).
-            Left out where it does not.
-        frames: Draws what cameras see now, in a batch of one: by their names, uint8 (240, 320, 3). They are the robot's
-            `eye` and, where everything is seen, the `overview`. Left out where there are none, as in the grid.
+        candle_cell: Index of the free cell of each candle on the floor, or NOTHING, (B, candles). None in the grid.
+        out_of_reach: Whether each hazard is in cooldown or needs nothing more, (B, hazards).
+        shut: Whether each opening is shut, so that no child gets through, (B, openings).
+        gone: Whether each hazard on the floor is gone, (B, hazards on the floor).
+        time_left: Share of a novice timestep until the children's next moves, (B,). None for 1.
+        clock: Novice timesteps since the start of the episode, with their fraction, (B,). None if not needed.
+        under_way: Number of the hazard under intervention, or NOTHING, (B,). None if not needed.
+        belief: Belief about children that may be unseen: `child_cell` is then the most probable cell, and the last
+            move NOTHING. None if all are always in view.
+        hears: Whether, with a candle in the hand, it considers stairwells, and puts the candle down sooner, (B,).
+        frames: Renders the camera images, in a batch of one, by camera name, uint8 (240, 320, 3): the robot's `eye`
+            and, with full sight, the `overview`. None in the grid.
     """
 
     child_cell: np.ndarray
@@ -112,8 +108,8 @@ class Assessment:
     safe: np.ndarray  #: P(safe|tau) of every child, (B, K)
     reach: np.ndarray  #: P(reach_o|tau) of every hazard by every child, (B, K, hazards)
     danger: np.ndarray  #: expected danger of every hazard to every child, equation (2), (B, K, hazards)
-    #: what decides between the hazards: their dangers, put together over the children and divided by the greatest 1 -
-    #: P(safe) of any child, (B, hazards)
+    #: score that decides between hazards: their dangers, summed over the children and divided by the greatest
+    #: 1 - P(safe) of any child, (B, hazards)
     urgency: np.ndarray
     #: belief about the children and what follows from it, of a caregiver that looks ahead
     prediction: Prediction | None = None
@@ -200,13 +196,13 @@ _entries = functools.lru_cache(maxsize=4)(first_entry)
 
 
 class Followers:
-    """Finds out which children go wherever the caregiver is: what it stands beside they stand beside."""
+    """Detects children that follow the caregiver, and so come to every hazard that it goes to."""
 
     def __init__(self, plan: FloorPlan, batch: int, children: int):
         self.belief = Belief(child_chain(plan), batch, children, CHANGE)
 
     def watch(self, percept: Percept) -> None:
-        """Take in the children's last moves."""
+        """Observe the children's last moves."""
         if percept.belief:
             self.belief = percept.belief
         else:
@@ -214,5 +210,5 @@ class Followers:
 
     @property
     def there(self) -> np.ndarray:
-        """Whether some child follows the caregiver and hardly ever strays, bool (B,)."""
+        """Whether a child follows the caregiver almost surely, bool (B,)."""
         return np.any(self.belief.probability[..., -1, 0] > _SURE, axis=1)

@@ -1,4 +1,4 @@
-"""The caregivers by name, and policies of one's own."""
+"""The registries of caregivers and policies."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from caregiver_mj.errors import CaregiverError, check_integer, check_kind
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.registry import Registry, check_call, errors_of, named_object
 
-PolicyMaker = Callable[[Any], Any]  # of an environment, a policy: from a time step to an action of the robot
+PolicyMaker = Callable[[Any], Any]  # makes for an environment a policy: a function from a time step to an action
 
 CAREGIVERS: Registry[type[Caregiver] | None] = Registry(
     "caregiver",
@@ -36,7 +36,7 @@ CAREGIVERS: Registry[type[Caregiver] | None] = Registry(
         "nearest": NearestCaregiver,
         "guard": GuardCaregiver,
         "expected-danger": PaperCaregiver,
-        "paper": PaperCaregiver,  # an alias, and what the rows of earlier runs have
+        "paper": PaperCaregiver,  # alias, in rows of earlier runs
         "last-seen": LastSeenCaregiver,
         "stairs": StairsCaregiver,
         "candles": CandlesCaregiver,
@@ -55,9 +55,9 @@ class _Policies(Registry[Any]):
         _check(f"{self.what} '{name}' ({value})", found)
 
 
-# In the place of a caregiver: somebody who plays it in a viewer, by what to do or by how to drive.
+# Human players in a viewer: one chooses hazards, the other drives the robot.
 PLAYERS = PERSON, DRIVER = "person", "driver"
-RULE = ("expected-danger", "paper")  # the names of the paper's own caregiver
+RULE = ("expected-danger", "paper")  # names of the paper's caregiver
 
 POLICIES: Registry[Any] = _Policies("policy", "caregiver_mj.policies", "", {})
 
@@ -65,16 +65,15 @@ POLICIES: Registry[Any] = _Policies("policy", "caregiver_mj.policies", "", {})
 def find_caregiver(
     name: str, others: Sequence[str] = (), queries: Queries = Queries()
 ) -> type[Caregiver] | PolicyMaker | None:
-    """Find a caregiver's class by name, or what makes a policy of the robot's actions; None for "none".
+    """Find a caregiver's class by name, or the maker of a policy of robot actions; None for "none".
 
     Args:
-        name: One of `CAREGIVERS` or `POLICIES`, or where such a thing is, as `module:object`; or whom to ask, see
-            `remote_caregiver`.
-        others: What else may be said in the place of a name, for the message that there is none.
-        queries: How it is asked, if it is elsewhere.
+        name: One of `CAREGIVERS` or `POLICIES`, `module:object` for another, or an address, see `remote_caregiver`.
+        others: Further valid names, for error messages.
+        queries: How to query a remote caregiver.
 
     Raises:
-        CaregiverError: There is none of that name, or it cannot be loaded.
+        CaregiverError: The name is unknown, or its code cannot be loaded.
     """
     check_kind("the name of a caregiver", name, str)
     if name.startswith(SCHEMES):
@@ -82,7 +81,7 @@ def find_caregiver(
     if name == PERSON:
         return CommandedCaregiver
     if name == DRIVER:
-        return named_object("caregiver_mj.policy.own:Teleoperation")  # with MuJoCo, which the grid does without
+        return named_object("caregiver_mj.policy.own:Teleoperation")  # imports MuJoCo, which the grid does not need
     if name in CAREGIVERS:
         POLICIES.tell_of_namesakes(name, f"there is a caregiver '{name}'")
         return CAREGIVERS[name]
@@ -97,24 +96,24 @@ def find_caregiver(
 
 
 def check_acts_alone(name: str) -> None:
-    """Raise CaregiverError if it is a person or driver, who would stand aside wherever nobody plays."""
+    """Raise CaregiverError for a human player, who acts in a viewer only."""
     if name in PLAYERS:
         raise CaregiverError(f"caregiver must be one that acts by itself: a {name} plays in `caregiver-mj view`")
 
 
 def is_caregiver(found: type[Caregiver] | PolicyMaker) -> TypeGuard[type[Caregiver]]:
-    """Return whether it is a caregiver's class."""
+    """Return whether an object is a caregiver's class."""
     return isinstance(found, type) and issubclass(found, Caregiver)
 
 
 def needs_pictures(name: str, queries: Queries = Queries()) -> bool:
-    """Return whether one of that name looks through cameras: its class, or maker, has `needs_pictures = True`."""
+    """Return whether a caregiver or policy needs camera images: its class, or maker, has `needs_pictures = True`."""
     return bool(getattr(find_caregiver(name, queries=queries), "needs_pictures", False))
 
 
 def _check(what: str, found: Any) -> None:
-    """Raise CaregiverError unless it can be a caregiver or make a policy."""
-    chooses = isinstance(found, type) and not {"choose", "decide"}.isdisjoint(dir(found))  # as a caregiver does
+    """Raise CaregiverError unless an object is a caregiver's class or makes a policy."""
+    chooses = isinstance(found, type) and not {"choose", "decide"}.isdisjoint(dir(found))  # like a caregiver
     if not callable(found) or (chooses and not is_caregiver(found)):
         raise CaregiverError(
             f"{what} must be a subclass of Caregiver or a function that makes a policy of an environment, got {found!r}"
@@ -122,10 +121,10 @@ def _check(what: str, found: Any) -> None:
 
 
 def make_caregiver(name: str, plan: FloorPlan, seed: int = 0, queries: Queries = Queries()) -> Caregiver | None:
-    """Make a caregiver by name, as of `find_caregiver`; "none" gives None. The queries say how it asks if it is remote.
+    """Make a caregiver by name, with the arguments of `find_caregiver`; None for "none".
 
     Raises:
-        CaregiverError: There is none of that name, it cannot be loaded or made, or is a policy of the robot's actions.
+        CaregiverError: The name is unknown, its code fails, or it is a policy of robot actions.
     """
     check_kind("the house of a caregiver", plan, FloorPlan)
     check_integer("the seed of a caregiver", seed, 0)

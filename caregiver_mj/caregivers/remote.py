@@ -1,4 +1,4 @@
-"""A door for models: caregivers that ask a server, or a chat model, what to protect the children from."""
+"""Remote caregivers: they query a server or a chat model for the hazard to protect from."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ from caregiver_mj.plans.cell_graph import LEGEND
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
-_AT_ONCE = 8  # questions that are under way, of different episodes
+_AT_ONCE = 8  # simultaneous questions, of different episodes
 _CELLS = "child_cell", "previous_cell", "caregiver_cell"
 _ROWS = "previous_action", "candle_table", "holding", "out_of_reach", "shut", "gone", "clock", "under_way"
 _NEWS = "child_cell", "candle_table", "candle_cell", "holding", "out_of_reach", "shut", "gone"
@@ -60,18 +60,18 @@ _episodes = itertools.count()
 
 
 class RemoteCaregiver(CommandedCaregiver, abc.ABC):
-    """Asks somebody elsewhere, in JSON, whenever children or things are no longer as they were when it last asked.
+    """Queries a remote service, in JSON, whenever children or things have changed since the last question.
 
-    A question has the `house`, an `episode` to remember it by, `seen` (percepts since the last question, the present
-    one last; `moved` where the children have just made a move) and `allowed`, numbers of hazards; if it is to have
-    them also `frames`, PNG in base64 by the cameras' names. An answer has a `target`, one of these hazards or null, and
-    may have a `table` for what is carried, and a `reason`. Whatever else comes, or comes late, is an abstention:
-    nothing is protected until the next question. In real time an answer holds only after as many simulated seconds as
-    it took, and until then the one before.
+    A question has the `house`, an `episode` identifier, `seen` (percepts since the last question, the present one last;
+    `moved` marks those after a move of the children), `allowed`, the numbers of hazards to choose from, and, if
+    requested, `frames`, PNG in base64 by camera name. An answer has a `target`, one of the allowed hazards or null, and
+    optionally a `table` for a carried thing and a `reason`. Any other or late answer is an abstention: nothing is
+    protected until the next question. In real time an answer takes effect only after as many simulated seconds as it
+    took; until then the previous one holds.
 
     Attributes:
-        address: Whom it asks.
-        queries: How it asks.
+        address: Address of the service, or name of the model.
+        queries: How to query it.
     """
 
     address = ""
@@ -81,9 +81,9 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
         super().__init__(plan, seed)
         self.queries.check()
         self._timestep = plan.cell_size / WALKING_SPEED if self.queries.thinking == REAL_TIME else math.inf
-        self.server()  # is wrong here, if it is, and not at the first question
+        self.server()  # raises now rather than at the first question
         lying = [plan.free_cells[cell] for cell in plan.floor_cells]
-        cells = [*plan.stairwells, *[None] * len(plan.candle_tables), *lying]  # None: `candle_table` says where
+        cells = [*plan.stairwells, *[None] * len(plan.candle_tables), *lying]  # None: given by `candle_table`
         self._house = {
             "name": plan.name,
             "rows": plan.rows,
@@ -103,7 +103,7 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
         self._asked: list[list[bytes] | None] = [None] * batch
         self._seen: list[list[dict[str, Any]]] = [[] for _ in range(batch)]
         self._tables = np.full(batch, NOTHING)
-        self._said, self._due = np.full((2, batch), NOTHING), np.zeros(batch)  # last answers, and from when they hold
+        self._said, self._due = np.full((2, batch), NOTHING), np.zeros(batch)  # last answers, and when they take effect
 
     def watch(self, percept: Percept) -> None:
         for world, seen in enumerate(self._seen):
@@ -129,14 +129,14 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
         return super().choose(percept)
 
     def _clock(self, percept: Percept) -> np.ndarray:
-        """Return the novice timesteps since the start, with their fraction, as far as thinking takes any, (B,)."""
+        """Return the novice timesteps since the start, with their fraction, (B,); zeros unless thinking takes time."""
         if percept.clock is None or self._timestep == math.inf:
             return np.zeros(len(self._due))
         left = 1.0 if percept.time_left is None else percept.time_left  # the grid's clock has no fraction
         return np.maximum(percept.clock, np.floor(percept.clock) + 1.0 - left)
 
     def _take_in(self, clock: np.ndarray) -> None:
-        """Take in the answers that hold by now."""
+        """Apply the answers that have taken effect."""
         self.targets, self._tables = np.where(clock >= self._due, self._said, [self.targets, self._tables])
 
     def destination(self, percept: Percept, candle: np.ndarray) -> np.ndarray:
@@ -145,7 +145,7 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
         return np.where(theirs, self._tables, super().destination(percept, candle))
 
     def _describe(self, percept: Percept, world: int) -> dict[str, Any]:
-        """Return a percept in one world, as JSON."""
+        """Return the percept of one world as JSON."""
         cells = self.plan.caregiver_cells
         found: dict[str, Any] = {}
         for name in _CELLS:
@@ -163,7 +163,7 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
     def _question(self, percept: Percept, world: int, allowed: np.ndarray) -> dict[str, Any]:
         seen, self._seen[world] = self._seen[world], []
         now = self._describe(percept, world)
-        if not (seen and now == seen[-1] | now):  # it is what was seen when they had just moved
+        if not (seen and now == seen[-1] | now):  # else equal to the percept after their last move
             seen.append(now)
         question = {
             "house": self._house,
@@ -187,15 +187,15 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
         tasks = [asyncio.ensure_future(ask(question)) for question in questions]
         try:
             return await asyncio.gather(*tasks)
-        finally:  # where one finds no server, the others look no further
+        finally:  # if one finds no server, cancel the others
             for task in tasks:
                 task.cancel()
 
     async def _ask(self, server: Server, question: dict[str, Any]) -> dict[str, Any]:
-        """Return the exchange: the question, the answer, and why it is an abstention, or None.
+        """Return the exchange: the question, the answer, and the reason of an abstention, or None.
 
         Raises:
-            CaregiverError: There is no server.
+            CaregiverError: No server can be reached.
         """
         start, answer, problem = time.time(), None, None
         keys = [os.environ.get(name, "") for name in (API_KEY, MODEL_KEY)]
@@ -203,7 +203,7 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
             server.budget.check()
             answer = redacted(await server.in_time(self.send(server, question)), keys)
             problem = self._problem(answer, question["allowed"])
-        except BudgetError as error:  # for good: no frames are seen any more
+        except BudgetError as error:  # final: no more frames are needed
             problem = str(error)
             self.needs_pictures = False
             question.pop("frames", None)
@@ -214,7 +214,7 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
         return {"question": question, "answer": answer, "abstention": problem, "seconds": time.time() - start}
 
     def _keep(self, exchanges: list[dict[str, Any]]) -> None:
-        """Write them into the folder that is meant for that, frames as files of their own."""
+        """Append exchanges to the log folder, if there is one, with frames as separate files."""
         if self.queries.folder:
             folder = pathlib.Path(self.queries.folder)
             folder.mkdir(parents=True, exist_ok=True)
@@ -236,16 +236,16 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
         return None
 
     def server(self) -> Server:
-        """Return whom it asks; if that is wrong it is a CaregiverError."""
+        """Return the server; raise CaregiverError if its address or key is invalid."""
         return _server(self.address, self.queries, os.environ.get(API_KEY, ""))
 
     @abc.abstractmethod
     async def send(self, server: Server, question: dict[str, Any]) -> Any:
-        """Return the answer to a question, as it came."""
+        """Return the raw answer to a question."""
 
 
 class HttpCaregiver(RemoteCaregiver):
-    """Posts its questions to an address."""
+    """Posts questions to an address."""
 
     async def send(self, server: Server, question: dict[str, Any]) -> Any:
         given = await server.client.post(self.address, json=question)
@@ -253,7 +253,7 @@ class HttpCaregiver(RemoteCaregiver):
 
 
 class ChatCaregiver(RemoteCaregiver):
-    """Asks a model behind an interface as OpenAI's, whose key the environment has, as its client does."""
+    """Queries a chat model through OpenAI's interface, with the key from the environment."""
 
     def server(self) -> Server:
         where = self.queries.base_url or MODELS
@@ -266,7 +266,7 @@ class ChatCaregiver(RemoteCaregiver):
         return _server(where, self.queries)
 
     async def send(self, server: Server, question: dict[str, Any]) -> Any:
-        key = os.environ.get(MODEL_KEY) or "none"  # a server on one's own machine asks for none
+        key = os.environ.get(MODEL_KEY) or "none"  # a local server needs none
         client = _chat(server, key)
         form: Any = {"type": "json_schema", "json_schema": {"name": "answer", "strict": True, "schema": _SCHEMA}}
         content: Any = json.dumps({key: value for key, value in question.items() if key != "frames"})
@@ -288,7 +288,7 @@ class ChatCaregiver(RemoteCaregiver):
 
 
 def tally(folder: str | os.PathLike[str]) -> str:
-    """Return how many questions have been asked, by the exchanges in a folder, and how many brought an abstention."""
+    """Return the numbers of questions and abstentions in a log folder, as text."""
     lines = [line for file in pathlib.Path(folder).glob("*.jsonl") for line in file.read_text("utf-8").splitlines()]
     problems = collections.Counter(problem for line in lines if (problem := json.loads(line)["abstention"]))
     most = "".join(f"; {count} x {problem}" for problem, count in problems.most_common(3))
@@ -296,11 +296,11 @@ def tally(folder: str | os.PathLike[str]) -> str:
 
 
 def remote_caregiver(name: str, queries: Queries = Queries()) -> type[Caregiver]:
-    """Return the caregiver that asks an address, http://..., or a model, chat:NAME.
+    """Return the caregiver for an address, http://..., or a model, chat:NAME.
 
     Raises:
         MissingExtraError: The client's package is not installed.
-        CaregiverError: The name says no address, or one with a secret, or no model.
+        CaregiverError: The address is invalid or holds a secret, or the model has no name.
     """
     scheme, _, rest = name.partition(":")
     if not rest.strip("/"):
@@ -317,8 +317,8 @@ def remote_caregiver(name: str, queries: Queries = Queries()) -> type[Caregiver]
 
 
 def _png(picture: np.ndarray) -> str:
-    """Return the PNG file of a picture (height, width, 3) in base64."""
-    from PIL import Image  # here, for most do without
+    """Return an image (height, width, 3) as PNG in base64."""
+    from PIL import Image  # imported where used
 
     file = io.BytesIO()
     Image.fromarray(picture).save(file, "PNG")
@@ -331,12 +331,12 @@ def _prompt() -> str:
 
 
 def _server(address: str, queries: Queries, key: str = "") -> Server:
-    """Return what asks a server."""
+    """Return the client of a server."""
     proxies = tuple(sorted(urllib.request.getproxies().items()))
     return _server_of(address, queries.patience, queries.budget, key, proxies, os.getpid())
 
 
-# With its connections, for as long as proxies, key and process are the same.
+# Cached with its connections, by proxies, key and process.
 _server_of = functools.lru_cache(maxsize=8)(lambda *which: Server(*which[:4]))
 
 

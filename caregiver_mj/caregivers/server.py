@@ -1,4 +1,4 @@
-"""Requests to a server: how it is asked, one deadline a question, answers of bounded size, and a budget for a run."""
+"""Requests to a server, with a deadline for each question, a size limit for answers, and a budget for a run."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ if TYPE_CHECKING:
     import httpx2 as httpx
 
 Answer = TypeVar("Answer")
-SCHEMES = "http:", "https:", "chat:"  # of the names of caregivers that ask
-# Variables of the environment: keys, of servers and of models; and the address of models, as OpenAI's client takes it.
+SCHEMES = "http:", "https:", "chat:"  # prefixes of the names of remote caregivers
+# Environment variables: keys of servers and of models, and the address of models, as for OpenAI's client.
 API_KEY, MODEL_KEY, BASE_URL = "CAREGIVER_MJ_API_KEY", "OPENAI_API_KEY", "OPENAI_BASE_URL"
-MODELS = "https://api.openai.com/v1"  # where models are if nobody says
+MODELS = "https://api.openai.com/v1"  # default address of models
 WAITS, REAL_TIME = "waits", "real-time"
 LARGEST = 1_000_000  # bytes of an answer
-_MOST_PATIENCE = 86_400.0  # seconds, a day
-_CONNECTING = 1 / 3  # share of the time for an answer in which a connection must be made: there are two attempts
-_SHORTEST_KEY = 6  # characters; a shorter one protects nothing, and is a part of other words
+_MOST_PATIENCE = 86_400.0  # s; a day
+_CONNECTING = 1 / 3  # share of the patience for a connection, which permits two attempts
+_SHORTEST_KEY = 6  # characters; shorter keys are not redacted, because they occur in other words
 _REMOVED = "[key]"
 _ESCAPE = re.compile(r"\\u([0-9a-fA-F]{4})")
 
 
 def check_no_secret(what: str, address: str) -> None:
-    """Raise CaregiverError if an address may hold a secret: it is printed and stored."""
+    """Raise CaregiverError if an address, which is printed and stored, may hold a secret."""
     if any(mark in address for mark in "@?#"):
         where = re.split("[?#]", address[address.rfind("@") + 1 :])[0]
         raise CaregiverError(
@@ -46,7 +46,7 @@ def check_no_secret(what: str, address: str) -> None:
 
 
 def check_address(what: str, address: str) -> None:
-    """Raise CaregiverError unless it is the address of a server, and holds no secret."""
+    """Raise CaregiverError unless an address is that of a server, without a secret."""
     check_no_secret(what, address)
     import httpx2 as httpx
 
@@ -62,18 +62,18 @@ def check_address(what: str, address: str) -> None:
 
 @dataclasses.dataclass(frozen=True)
 class Queries:
-    """How servers and models are asked in a run, and within which budget. Keys alone are left to the environment."""
+    """Settings of remote queries in a run, except keys, which stay in the environment."""
 
-    base_url: str = ""  #: where models are; "" for OPENAI_BASE_URL, or OpenAI's own
-    max_calls: int | None = None  #: requests of the run, over its processes and when it is resumed; None for any number
-    max_tokens: int | None = None  #: tokens of models, counted so too; no more are asked once they are used up
-    patience: float = 30.0  #: seconds for an answer
-    thinking: str = WAITS  #: whether simulated time `WAITS` for an answer, or goes on until it comes: `REAL_TIME`
-    frames: bool = False  #: whether questions have pictures of the house
-    folder: str = ""  #: where exchanges are kept and the budget is counted; no answer depends on it
+    base_url: str = ""  #: address of models; "" for OPENAI_BASE_URL, or OpenAI's
+    max_calls: int | None = None  #: greatest number of requests of the run, over all processes and resumptions
+    max_tokens: int | None = None  #: tokens of models after which the run sends no more requests
+    patience: float = 30.0  #: s; deadline of an answer
+    thinking: str = WAITS  #: whether simulated time `WAITS` for an answer, or continues: `REAL_TIME`
+    frames: bool = False  #: whether questions include images of the house
+    folder: str = ""  #: folder of the log and the budget's counts; no answer depends on it
 
     def check(self) -> None:
-        """Raise CaregiverError unless somebody can be asked so."""
+        """Raise CaregiverError unless all values are valid."""
         for name in ("max_calls", "max_tokens"):
             if (most := getattr(self, name)) is not None:
                 check_integer(name, most, 0)
@@ -85,10 +85,10 @@ class Queries:
         check_no_secret(f"base_url, or {BASE_URL} of the environment,", self.base_url)
 
     def for_caregivers(self, names: Iterable[str]) -> Queries:
-        """Return these as far as caregivers of some names depend on them.
+        """Return the settings that the named caregivers depend on.
 
-        If one is a model and there is no address of models, it is the environment's, as for OpenAI's client, or else
-        OpenAI's own. It is then said, so that a process with another environment asks the same models.
+        If one is a model and `base_url` is empty, it becomes that of the environment, or OpenAI's, so that processes
+        with another environment query the same models.
         """
         asks = [name for name in names if name.startswith(SCHEMES)]
         if not asks:
@@ -99,7 +99,7 @@ class Queries:
         )
 
     def record(self) -> dict[str, Any]:
-        """Return all that answers depend on, as JSON.
+        """Return the settings that answers depend on, as JSON.
 
         Raises:
             CaregiverError: The address may hold a secret.
@@ -114,7 +114,7 @@ class Queries:
 
     @property
     def budget(self) -> Budget:
-        """What counts the requests."""
+        """The counter of requests."""
         calls, tokens = (math.inf if most is None else most for most in (self.max_calls, self.max_tokens))
         return Budget(self.folder or None, calls, tokens)
 
@@ -125,27 +125,27 @@ class BudgetError(Exception):
 
 @dataclasses.dataclass(frozen=True)
 class Budget:
-    """Counts the requests and tokens of a run, over its processes and when it is resumed, in files of a folder.
+    """Counts the requests and tokens of a run, over its processes and resumptions, in files of a folder.
 
-    A request is a byte that is appended to the file `calls`, which a file system does for one process after the other:
-    its place is the request's number. Each line of the file `tokens` has those of one answer.
+    Each request appends a byte to the file `calls`; appending is atomic, so its offset is the request's number. Each
+    answer appends a line with its tokens to the file `tokens`.
     """
 
-    folder: str | None = None  # where the files are; if None, in a folder of this process
-    calls: float = math.inf  # how many requests there may be
-    tokens: float = math.inf  # after how many tokens there are no more
+    folder: str | None = None  # folder of the files; None for a temporary one of this process
+    calls: float = math.inf  # greatest number of requests
+    tokens: float = math.inf  # tokens after which there are no more requests
 
     def check(self) -> None:
-        """Raise BudgetError if it is used up."""
+        """Raise BudgetError if the budget is used up."""
         if self.calls < math.inf and self._size() >= self.calls:
             raise BudgetError(f"the budget of {self.calls:g} calls is used up")
         if self.tokens < math.inf and self._spent() >= self.tokens:
             raise BudgetError(f"the budget of {self.tokens:g} tokens is used up")
 
     def take(self) -> None:
-        """Count a request that is about to be sent; raise BudgetError if it may not be."""
+        """Count a request before it is sent; raise BudgetError if the budget is used up."""
         self.check()
-        if self._append("calls", b".") > self.calls:  # another process has taken the last one since
+        if self._append("calls", b".") > self.calls:  # another process took the last one meanwhile
             raise BudgetError(f"the budget of {self.calls:g} calls is used up")
 
     def spend(self, tokens: int) -> None:
@@ -167,7 +167,7 @@ class Budget:
             raise CaregiverError(f"'{file}' must be numbers of tokens, a line each: take another folder") from None
 
     def _append(self, name: str, content: bytes) -> int:
-        """Append to a file; return the bytes from its beginning to the end of what was written."""
+        """Append to a file; return its size afterwards."""
         file = self._file(name)
         file.parent.mkdir(parents=True, exist_ok=True)  # also on another machine
         with open(file, "ab", buffering=0) as opened:
@@ -181,7 +181,7 @@ def _folder_of_this_process() -> tempfile.TemporaryDirectory[str]:
 
 
 def redacted(value: Any, keys: Sequence[str]) -> Any:
-    """Return a JSON value without keys in it, also where JSON escapes are in them."""
+    """Return a JSON value with all keys removed, including JSON-escaped ones."""
     if isinstance(value, str):
         for key in (key for key in keys if len(key) >= _SHORTEST_KEY):
             value = value.replace(key, _REMOVED)
@@ -196,7 +196,7 @@ def redacted(value: Any, keys: Sequence[str]) -> Any:
 
 
 def run(asked: Coroutine[Any, Any, Answer]) -> Answer:
-    """Run what asks servers, in the thread that does so for this process: another may have a loop of its own."""
+    """Run a coroutine in this process's thread for servers: the calling thread may have a running loop."""
     future = asyncio.run_coroutine_threadsafe(asked, _loop(os.getpid()))
     try:
         return future.result()
@@ -213,17 +213,17 @@ def _loop(_process: int) -> asyncio.AbstractEventLoop:
 
 
 class Server:
-    """A server that is asked.
+    """A client of a server.
 
     Attributes:
-        address: Where it is.
-        client: What requests are sent with, those of others too. Proxies of the environment are used, but not to this
-            machine; redirects are not followed. It counts every request.
-        budget: What it counts them in.
+        address: Address of the server.
+        client: HTTP client, which counts every request. It uses the environment's proxies except for this machine, and
+            follows no redirects.
+        budget: The counter of requests.
     """
 
     def __init__(self, address: str, patience: float, budget: Budget, key: str = ""):
-        """Prepare to ask, with `patience` seconds for an answer; a key is sent as a bearer token.
+        """Make a client with `patience` seconds for an answer; a key is sent as a bearer token.
 
         Raises:
             CaregiverError: The proxies of the environment cannot be used.
@@ -247,18 +247,18 @@ class Server:
 
     @property
     def timeout(self) -> httpx.Timeout:
-        """That of a connection; the rest is the deadline's."""
+        """Timeout of a connection; `in_time` limits the rest."""
         import httpx2 as httpx
 
         return httpx.Timeout(None, connect=_CONNECTING * self._patience)
 
     async def in_time(self, asked: Coroutine[Any, Any, Answer]) -> Answer:
-        """Wait for what asks the server: all of it, with every wait and further attempt, has one deadline.
+        """Await a request with one deadline for all its waits and attempts.
 
         Raises:
-            CaregiverError: It cannot be connected to, and never was.
-            TimeoutError: There is no whole answer.
-            Exception: As of what asks.
+            CaregiverError: The server cannot be reached, and never was.
+            TimeoutError: There is no complete answer in time.
+            Exception: Raised by the request.
         """
         import httpx2 as httpx
 
@@ -278,7 +278,7 @@ class Server:
         self.budget.take()
 
     async def _admit(self, response: httpx.Response) -> None:
-        """Refuse a compressed answer, for a small one may be of any size; let no more than the largest through."""
+        """Refuse a compressed answer, whose size is unknown, and enforce the size limit."""
         import httpx2 as httpx
 
         self._reached = True
@@ -304,7 +304,7 @@ class Server:
 
 
 def _first(error: BaseException) -> BaseException:
-    """Return the first of the causes of an exception that is one of the connection: clients hide theirs."""
+    """Return the first HTTP error among the causes of an exception: clients wrap theirs."""
     import httpx2 as httpx
 
     while not isinstance(error, httpx.HTTPError) and error.__cause__:

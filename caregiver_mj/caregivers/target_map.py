@@ -1,4 +1,4 @@
-"""Where the hazards of a house are in actions about targets, and a map and a graph of it that policies can learn of."""
+"""Slots of hazards for actions that choose targets, and observations of a house as a map or a graph."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from caregiver_mj.plans.cell_graph import ACTIONS, LEGEND, WALL, Cell, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE
 
-Places = tuple[int, int] | tuple[int, int, int]  # for stairwells and candles, and for what lies on the floor
-_MOST = 1_000  # of a kind: each takes memory in every observation
-TRACE = 8  # timesteps for which one sees where a child has been
+Places = tuple[int, int] | tuple[int, int, int]  # numbers of slots for stairwells, candles, and things on the floor
+_MOST = 1_000  # slots of a kind: each takes memory in every observation
+TRACE = 8  # novice timesteps for which a child's trace is visible
 _STILL = ("floor", "opening", "way_in", "table", "bin")
 
 
 def places_needed(plans: Sequence[FloorPlan]) -> Places:
-    """Return how many places there must be for the hazards of some houses; two numbers if nothing lies on a floor."""
+    """Return the numbers of slots that some houses need; two numbers if nothing lies on a floor."""
     each = ((len(plan.stairwells), len(plan.candle_tables), len(plan.floor_cells)) for plan in plans)
     stairwells, candles, things = map(max, zip(*each, strict=True))
     return (stairwells, candles, things) if things else (stairwells, candles)
 
 
 def _enough(plan: FloorPlan, what: str, of: str, given: Any, needed: Sequence[int], *sizes: int) -> Sequence[int]:
-    """Return what is given, if it is as much as a house needs; what that needs if None is."""
+    """Return the given numbers if they suffice for a house, or its needs if None is given."""
     if given is None:
         return needed
     if not (isinstance(given, Sequence) and len(given) in sizes and all(isinstance(n, Integral) for n in given)):
@@ -54,16 +54,16 @@ class Slots:
     """
 
     def __init__(self, plan: FloorPlan, slots: Places | None = None, shape: Sequence[int] | None = None):
-        """Lay the places out.
+        """Assign hazards to slots.
 
         Args:
             plan: The house.
-            slots: How many places for stairwells, for candles and, as a third number, for what lies on the floor; as
-                many as the house has if None.
-            shape: Rows and columns, likewise.
+            slots: Numbers of slots for stairwells, candles and, optionally, things on the floor; None for those of the
+                house.
+            shape: Rows and columns; None for those of the house.
 
         Raises:
-            CaregiverError: They are not so many numbers, or more than 1,000 of a kind, or the house has more.
+            CaregiverError: The numbers are invalid, above 1,000, or too small for the house.
         """
         needed = places_needed([plan])
         places = _enough(plan, "slots", "stairwells and candles, such as (4, 6)", slots, needed, 2, 3)
@@ -79,16 +79,16 @@ class Slots:
         return len(self.hazard)
 
     def spread(self, values: np.ndarray) -> np.ndarray:
-        """Return the values of hazards (..., hazards) as values of slots (..., slots), 0 in those that are empty."""
+        """Return values of hazards (..., hazards) as values of slots (..., slots), 0 for empty slots."""
         spread = np.zeros((*values.shape[:-1], len(self)), np.float32)
         spread[..., self.of_hazard] = values
         return spread
 
     def targets(self, actions: ArrayLike, batch: int) -> np.ndarray:
-        """Return the hazards that actions (B,) are about: NOTHING for 0 and an empty slot, else what is in the slot.
+        """Return the hazards of actions (B,): NOTHING for 0 and for empty slots.
 
         Raises:
-            CaregiverError: They are of another shape, or out of range.
+            CaregiverError: The actions have another shape, or are out of range.
         """
         actions = np.asarray(actions)
         if actions.shape != (batch,):
@@ -98,20 +98,20 @@ class Slots:
         return np.concatenate([[NOTHING], self.hazard])[actions]
 
     def actions(self, hazards: np.ndarray) -> np.ndarray:
-        """Return the reverse of `targets`, (B,)."""
+        """Return the inverse of `targets`, (B,)."""
         return np.concatenate([self.of_hazard + 1, [0]])[hazards]  # the last one is for NOTHING
 
 
 class PlanMap:
-    """Draws B worlds with K children each from above, north up, the house in the upper left corner of `slots.shape`.
+    """Draws B worlds with K children each as planes, north up, the house in the upper left corner of `slots.shape`.
 
-    As a graph it has the cells that are not wall as nodes, in reading order, with what the planes have there, and place
-    for all within the border. Edge 4 n + a leads from node n to where a child gets by move a, or what it bumps into,
-    and from there back; to n itself where there is wall or a fence.
+    As a graph, its nodes are the cells other than walls, in reading order, with the values of the planes, padded to all
+    cells within the border. Edge 4 n + a leads from node n to the target of a child's move a, and back; to n itself
+    where there is a wall or a fence.
 
     Attributes:
         planes: Names of the planes.
-        shapes: Of each key of an observation of one world.
+        shapes: Shape of each key of an observation of one world.
     """
 
     def __init__(self, plan: FloorPlan, children: int, slots: Slots, as_graph: bool = False):
@@ -148,7 +148,7 @@ class PlanMap:
             self.shapes = {"nodes": (nodes, len(self.planes)), "node_mask": (nodes,), "edges": self._edges.shape}
 
     def observe(self, percept: Percept, trace: Sequence[np.ndarray]) -> dict[str, np.ndarray]:
-        """Give what is observed of each world out, in new arrays; see `Encoder` for the trace."""
+        """Return the observation of each world, in new arrays; see `Encoder` for the trace."""
         plan, worlds = self._plan, np.arange(len(percept.child_cell))[:, None]
         drawn, worst = np.tile(self._still, (len(worlds), 1, 1)), plan.damage.worst or 1.0
         place = self._hazards(percept)
@@ -171,7 +171,7 @@ class PlanMap:
         return {"nodes": nodes, "node_mask": mask, "edges": np.tile(self._edges, (len(drawn), 1, 1))}
 
     def _hazards(self, percept: Percept) -> np.ndarray:
-        """Where each hazard is, or NOTHING for one that is shut, gone or carried, (B, hazards)."""
+        """Return the place of each hazard, NOTHING if shut, gone or carried, (B, hazards)."""
         table, place = percept.candle_table, np.tile(self._place, (len(percept.holding), 1))
         openings, on_table, lying = self._plan.hazards.split(place)
         on_table[:] = np.where(table == NOTHING, NOTHING, self._table[table])

@@ -1,4 +1,4 @@
-"""What is observed where actions are targets: a caregiver's percept as numbers from 0 to 1, alike in both worlds."""
+"""Observations for policies over targets: a caregiver's percept as numbers from 0 to 1, equal in both worlds."""
 
 from __future__ import annotations
 
@@ -16,24 +16,22 @@ from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.hazards import NOTHING, Where
 
 Observations = dict[str, np.ndarray] | np.ndarray
-_BESIDE = ("clock", "child_move", "holding", "under_way", "action_mask")  # what is observed with these, too
 _MAPS = ("map", "graph")
+_BESIDE = ("clock", "child_move", "holding", "under_way", "action_mask")  # keys that also accompany maps
 OBSERVATIONS = ("numbers", "flat", *_MAPS)
 
 
 class Encoder:
-    """Observes B worlds with K children each, in episodes of so many novice timesteps.
-
-    The caregiver that is told what to do knows what can be done, and how far it is.
+    """Observes B worlds with K children each.
 
     Attributes:
         observation: One of `OBSERVATIONS`; "flat" is one array a world, the numbers in the order of `shapes`.
-        map: What draws the house, if it is drawn.
-        shapes: Of each key of an observation of one world; all values are 0 to 1, but for the nodes of `edges`.
-        trace: The cells that the children have left at the last timesteps, latest first, (B, K) each. Whoever runs the
-            episodes clears it when they begin, and puts into it what is news.
-        actions: How many there are: 0 is to protect the children from nothing, the others are the slots.
-        slots: Where the hazards are in actions and observations.
+        map: Draws the house, for the observations `map` and `graph`.
+        shapes: Shape of each key of an observation of one world; all values are 0 to 1, except the nodes of `edges`.
+        trace: Cells that the children left in the last timesteps, latest first, (B, K) each. The caller clears it at
+            the start of episodes and adds to it.
+        actions: Number of actions: 0 protects from nothing, the others are the slots.
+        slots: Slots of the hazards in actions and observations.
     """
 
     def __init__(
@@ -60,7 +58,7 @@ class Encoder:
         self._to_floor = plan.graph.distances_from(plan.floor_cells).T.astype(float)  # (cells, things on the floor)
         self.actions = count + 1
         self.shapes: dict[str, tuple[int, ...]] = {
-            "clock": (1,),  # learners take no arrays without a dimension
+            "clock": (1,),  # learners reject scalars
             "child_position": (children, 2),
             "child_move": (children, len(ACTIONS)),
             "caregiver_position": (2,),
@@ -75,7 +73,7 @@ class Encoder:
             self.shapes = self.map.shapes | {key: self.shapes[key] for key in _BESIDE}
 
     def look(self, percept: Percept) -> tuple[Observations, np.ndarray]:
-        """Return what is observed of each world, in new arrays, and its `mask`; the percept must have a clock."""
+        """Return the observations of all worlds, in new arrays, and the `mask`; the percept must have a clock."""
         clock, under_way = percept.clock, percept.under_way
         assert clock is not None
         assert under_way is not None
@@ -102,10 +100,10 @@ class Encoder:
         return (self.map.observe(percept, self.trace) | found if self.map else found), mask
 
     def mask(self, percept: Percept) -> np.ndarray:
-        """Return which actions do something, int8 (B, actions).
+        """Return whether each action has an effect, int8 (B, actions).
 
-        Nothing always does, and so do the hazards that the caregiver can do something about; but with a candle in the
-        hand only to go on with that does, and stairwells where it takes notice of them.
+        These are 0, and the hazards that the caregiver can do something about; with a candle in the hand only that
+        candle, and stairwells where the percept `hears`.
         """
         worth, stairwells = self._caregiver.worth_protecting(percept), len(self._caregiver.plan.stairwells)
         carries = percept.holding != NOTHING
@@ -118,12 +116,12 @@ class Encoder:
         return mask
 
     def _mark_held(self, which: np.ndarray, percept: Percept) -> None:
-        """Marks, among hazards (B, hazards), the candle in the hand."""
+        """Set the entry of the candle in the hand, in an array (B, hazards)."""
         (carries,) = np.nonzero(percept.holding != NOTHING)
         which[carries, self._caregiver.plan.hazards.number(Where.ON_TABLE, percept.holding[carries])] = True
 
     def _walks(self, percept: Percept) -> np.ndarray:
-        """Return the caregiver's moves to where it does something about each hazard, (B, hazards)."""
+        """Return the caregiver's moves to its place of action against each hazard, (B, hazards)."""
         plan, cell, table = self._caregiver.plan, percept.caregiver_cell, percept.candle_table
         candles = np.where(table == NOTHING, 0.0, self._to_table[cell[:, None], table])
         for world, candle, moves in percept.fallen(plan.graph):

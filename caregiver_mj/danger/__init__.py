@@ -1,1 +1,1 @@
-"""The model of safety and danger; numpy and scipy are all that it needs."""
+"""The model of safety and danger, on NumPy and SciPy alone."""

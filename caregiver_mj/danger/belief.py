@@ -1,4 +1,4 @@
-"""What can be known of children that are only seen to move: what they want, and how much they stray."""
+"""Belief about the goals and epsilons of children, inferred from their moves."""
 
 from __future__ import annotations
 
@@ -6,29 +6,28 @@ import numpy as np
 
 from caregiver_mj.danger.chain import ChildChain
 
-# Probability that a child which has not moved goes on with another epsilon: toddlers move in bouts, some with a goal
-# and some without, and a stop ends one.
+# Probability that a child which has not moved continues with another epsilon: toddlers move in bouts, with or without a
+# goal, and a stop ends one.
 STOP = 0.3
-SURPRISE = 8.0  # log of the odds against all that is believed, from which on a child is not understood
-_FADES = 0.98  # of what was seen of a child in a cell, a timestep
-_GOES_BACK = 2.0  # how far beyond `SURPRISE` the log odds can get, so that a child can be understood again
+SURPRISE = 8.0  # log odds against the belief above which a child is not understood
+_FADES = 0.98  # per timestep; decay of the counts of moves seen in a cell
+_MARGIN = 2.0  # greatest excess of the log odds over `SURPRISE`, so that a child can be understood again
 
 
 class Belief:
     """An exact Bayes filter over the goal and the epsilon of each child, for B worlds of K children at once.
 
-    Every move makes those goals and epsilons more probable under which it was to be expected. A child that reaches its
-    bin draws another goal: one that is seen to reach for a bin has done so if that was its goal. In between it keeps
-    its goal; with probability `change`, in a timestep, it is another child from then on, drawn by the prior, so that
-    what is long past counts less and less, and a child that changes is found out.
+    Each move raises the probability of the goals and epsilons that made it likely. A child that reaches its bin draws
+    another goal; until then it keeps its goal. With probability `change` per timestep it becomes another child, drawn
+    from the prior, so that old evidence fades and a change is detected.
 
-    It also says where it is at a loss (`understood`), as confidence-aware prediction does (Fridovich-Keil et al., arXiv
-    1806.00109): it is compared with a predictor that knows nothing of houses, goals or bins, and expects a child to do
-    in a cell what it did there before. Where that has been better by `SURPRISE` lately (CUSUM of the log likelihood
-    ratio), the child does something else than what is believed in.
+    `understood` tells where the model fails, as in confidence-aware prediction (Fridovich-Keil et al., arXiv
+    1806.00109): the baseline predictor knows no house, goal or bin, and expects a child to repeat in a cell its earlier
+    moves there. Where its recent advantage exceeds `SURPRISE` (CUSUM of the log likelihood ratio), the child does not
+    fit the belief.
 
     Attributes:
-        probability: Of every goal and epsilon, (B, K, G, E); the last two dimensions sum to 1.
+        probability: Probability of every goal and epsilon, (B, K, G, E); the last two dimensions sum to 1.
     """
 
     def __init__(self, chain: ChildChain, batch: int = 1, children: int = 1, change: float = 0.0):
@@ -36,13 +35,16 @@ class Belief:
         self._likelihood = np.ascontiguousarray(np.moveaxis(chain.moves, 3, 1))  # (cells, moves, G, E)
         self.probability = np.tile(chain.prior, (batch, children, 1, 1))
         cells, moves = chain.next_cell.shape
-        self._seen = np.zeros((batch, children, cells, moves), np.float32)  # how often, lately
+        self._seen = np.zeros((batch, children, cells, moves), np.float32)  # fading counts of moves
         self._surprise = np.zeros((batch, children))
 
     def watch(self, cell: np.ndarray, move: np.ndarray, caregiver_cell: np.ndarray | None = None) -> None:
-        """Take in a move of every child, -1 for none, and the cell in which it was made, (B, K) both.
+        """Update by a move of every child.
 
-        The caregiver's cell is that in which it was then, (B,). Left out, no child goes after it.
+        Args:
+            cell: The cell in which each move began, (B, K).
+            move: The move, -1 for none, (B, K).
+            caregiver_cell: The caregiver's cell at that time, (B,). Left out, no child follows it.
         """
         chain = self._chain
         made = move >= 0
@@ -54,14 +56,14 @@ class Belief:
         probability = self.probability * likelihood
         total = probability.sum(axis=(2, 3), keepdims=True)
         self._compare(cell, move, total[..., 0, 0])
-        # What no child does that there is: it tells nothing.
+        # A move that is impossible for every goal is no evidence.
         probability = np.divide(probability, total, out=self.probability.copy(), where=total > 0)
         ends = chain.ends[cell, move] & made[..., None]  # (B, K, G)
         worlds, children = np.nonzero(ends.any(axis=2))
         if worlds.size:
             before = probability[worlds, children]
             freed = np.where(ends[worlds, children][..., None], before, 0.0)
-            # Goal after goal, so that what is added up does not depend on how many children there are.
+            # Summed goal by goal, so that rounding does not depend on the number of children.
             probability[worlds, children] = (
                 before - freed + (freed[:, :, None] * chain.next_goal[..., None]).sum(axis=1)
             )
@@ -74,23 +76,23 @@ class Belief:
         self.probability = probability
 
     def _compare(self, cell: np.ndarray, move: np.ndarray, expected: np.ndarray) -> None:
-        """Hold what was expected of each move, (B, K), against what such children did where they were before."""
+        """Compare the expected probability of each move, (B, K), with that of the baseline predictor."""
         worlds, children = np.nonzero(move >= 0)
         if not worlds.size:
             return
-        self._seen[worlds, children] *= _FADES  # of those alone that moved: the others of a batch are none of theirs
+        self._seen[worlds, children] *= _FADES  # only of children that moved
         where = worlds, children, cell[worlds, children]
         seen, moves = self._seen[where], self._seen.shape[-1]
         what = move[worlds, children]
         usual = (seen[np.arange(len(what)), what] + 1.0 / moves) / (seen.sum(axis=1) + 1.0)
         odds = np.log(usual) - np.log(np.maximum(expected[worlds, children], 1e-12))
-        surprise = np.clip(self._surprise[worlds, children] + odds, 0.0, SURPRISE + _GOES_BACK)
+        surprise = np.clip(self._surprise[worlds, children] + odds, 0.0, SURPRISE + _MARGIN)
         self._surprise[worlds, children] = surprise
         self._seen[(*where, what)] += 1.0
 
     @property
     def understood(self) -> np.ndarray:
-        """Whether each child does what is to be expected of those that are believed in, bool (B, K)."""
+        """Whether each child fits the belief, bool (B, K)."""
         return self._surprise < SURPRISE
 
     @property

@@ -1,7 +1,7 @@
-"""A child that goes from place to place, as a Markov chain: what it does next, given where it is and what it wants.
+"""A child as a Markov chain.
 
-Its state is its cell, its goal, and its epsilon: the share of its moves that are random. That of cell c, goal g and
-epsilon e has the number (c G + g) E + e, so that what belongs to a cell lies together.
+A state is a cell, a goal and an epsilon (the share of random moves). Cell c, goal g and epsilon e have number
+(c G + g) E + e, so that the states of a cell are contiguous.
 """
 
 from __future__ import annotations
@@ -17,27 +17,26 @@ from scipy.sparse.linalg import splu
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class ChildChain:
-    """A house as a child walks through it. Wherever a move leads that is no other cell, the child stays in its cell."""
+    """The chain of a house. A move that leads to no other cell leaves the child in its cell."""
 
-    greedy: np.ndarray  #: probability of every move of a child that makes none at random, (cells, G, moves)
-    epsilons: np.ndarray  #: the shares of random moves that there are, (E,)
-    next_cell: np.ndarray  #: the cell after each move, (cells, moves)
+    greedy: np.ndarray  #: probability of every move without randomness, (cells, G, moves)
+    epsilons: np.ndarray  #: possible shares of random moves, (E,)
+    next_cell: np.ndarray  #: cell after each move, (cells, moves)
     ends: np.ndarray  #: whether each move reaches each goal, bool (cells, moves, G)
-    object_at: np.ndarray  #: the object that each move bumps into, -1 for none, (cells, moves)
-    objects: int  #: how many objects there are
-    #: probability of each goal (column) after each (row) has been reached, (G, G). Left out, uniform
+    object_at: np.ndarray  #: object that each move bumps into, -1 for none, (cells, moves)
+    objects: int  #: number of objects
+    #: probability of the next goal (column) after each reached one (row), (G, G); uniform by default
     next_goal: np.ndarray = None  # type: ignore[assignment]  # filled in below
-    #: probability of each goal and epsilon of a child of whom nothing is known, (G, E). Left out, uniform
+    #: prior probability of each goal and epsilon, (G, E); uniform by default
     prior: np.ndarray = None  # type: ignore[assignment]
-    #: the toy bin that each goal is, -1 for something else, (G,). Left out, goal g is bin g
+    #: toy bin of each goal, -1 for other goals, (G,); goal g is bin g by default
     bin_of: np.ndarray = None  # type: ignore[assignment]
-    #: returns the probability of every move of a child that makes none at random and whose goal is the last one: to be
-    #: where the caregiver is, (..., moves), by the caregiver's cell and its own, (...) both. Left out, there is no such
-    #: goal
+    #: returns the probability of every move without randomness towards the caregiver, which is then the last goal,
+    #: (..., moves), by the caregiver's cell and the child's, (...) both; None without such a goal
     follows: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None
 
     def __post_init__(self) -> None:
-        """Fill in what is left out."""
+        """Fill in defaults."""
         _, goals, epsilons = self.shape
         defaults = {
             "next_goal": np.full((goals, goals), 1.0 / goals),
@@ -50,27 +49,27 @@ class ChildChain:
 
     @property
     def shape(self) -> tuple[int, int, int]:
-        """How many cells, goals and epsilons there are."""
+        """Numbers of cells, goals and epsilons."""
         return *self.greedy.shape[:2], len(self.epsilons)
 
     @property
     def size(self) -> int:
-        """How many states there are."""
+        """Number of states."""
         return int(np.prod(self.shape))
 
     @functools.cached_property
     def moves(self) -> np.ndarray:
-        """How probable each move is in each state: (cells, G, E, moves), whose last dimension sums to 1."""
+        """Probability of each move in each state, (cells, G, E, moves); the last dimension sums to 1."""
         return self.at_random(self.greedy[:, :, None])
 
     def at_random(self, greedy: np.ndarray) -> np.ndarray:
-        """Return the probability of every move, (..., E, moves), by that of a child that makes none at random."""
+        """Return the probability of every move, (..., E, moves), from that without randomness."""
         share = self.epsilons[:, None]
         return share / self.greedy.shape[-1] + (1.0 - share) * greedy
 
     @functools.cached_property
     def transition(self) -> csr_array:
-        """Probabilities from each state (row) to each (column), (states, states), with no caregiver about."""
+        """Transition probabilities from each state (row) to each (column), (states, states), without a caregiver."""
         _, goals, epsilons = self.shape
         after = np.where(self.ends[..., None], self.next_goal, np.eye(goals))  # (cells, moves, G, next)
         cell, move, goal, following = np.nonzero(after)
@@ -90,11 +89,11 @@ class ChildChain:
 
     @functools.cached_property
     def last_hits(self) -> np.ndarray:
-        """The same of those bumps that end the child's goal: then it draws another one."""
+        """Probability of those bumps that also reach the child's goal, (states, objects)."""
         return self._hits(self.ends)
 
     def _hits(self, counts: np.ndarray) -> np.ndarray:
-        """The same of moves that count with each goal, bool (cells, moves, G)."""
+        """Return the probability of bumps by moves that count for each goal, bool (cells, moves, G)."""
         cell, move = np.nonzero(self.object_at >= 0)
         hits = np.zeros((*self.shape, self.objects))
         where = cell, slice(None), slice(None), self.object_at[cell, move]
@@ -104,23 +103,28 @@ class ChildChain:
 
 
 def first_passage(chain: ChildChain, timesteps: int, groups: np.ndarray | None = None) -> np.ndarray:
-    """Return the probability of bumping into each object within some timesteps: one backward pass for all states.
+    """Return the probability of bumping into each object within some timesteps, by one backward pass.
 
-    Objects are asked about together, for bumps into any of them, in groups: bool (objects, groups). Left out, each is
-    asked about alone. The array is (states, objects), or (states, groups).
+    Args:
+        chain: The chain.
+        timesteps: Length of the horizon.
+        groups: Membership of objects in groups, bool (objects, groups); each object alone by default.
+
+    Returns:
+        Probability of a bump into any object of each group, (states, groups).
     """
     hits, last = (each if groups is None else each @ groups for each in (chain.hits, chain.last_hits))
     within = np.zeros(hits.shape)
     for _ in range(timesteps):
-        # A move that bumps leaves the child in its cell: what would have followed it is taken out again, with the goal
-        # that it keeps or, where a bump ends that, with those that it draws.
+        # A bump leaves the child in its cell. Subtract what would follow it: with the same goal or, where the bump
+        # reaches the goal, with the next ones.
         drawn = np.einsum("gh,chen->cgen", chain.next_goal, within.reshape(*chain.shape, -1)).reshape(hits.shape)
         within = hits + chain.transition @ within - hits * within - last * (drawn - within)
     return within
 
 
 def first_entry(chain: ChildChain, cells: tuple[int, ...], timesteps: int) -> np.ndarray:
-    """Return the probability of coming into each of some cells within some timesteps, (states, cells)."""
+    """Return the probability of entering each of some cells within some timesteps, (states, cells)."""
     within, by_cell = np.zeros((chain.size, len(cells))), (chain.shape[0], chain.size // chain.shape[0], len(cells))
     for _ in range(timesteps):
         there = within.reshape(by_cell).copy()
@@ -130,9 +134,9 @@ def first_entry(chain: ChildChain, cells: tuple[int, ...], timesteps: int) -> np
 
 
 def discounted_entry(chain: ChildChain, cells: tuple[int, ...], discount: float) -> np.ndarray:
-    """Return the expected discount of the first move into each of some cells, (states, cells).
+    """Return the expected discount^t of the first move into each of some cells, after t others, (states, cells).
 
-    One in t moves (0: the next) counts discount^t, with a discount below 1.
+    The discount must be below 1.
     """
     found = np.zeros((chain.size, len(cells)))
     for column, cell in zip(found.T, cells, strict=True):
@@ -143,18 +147,18 @@ def discounted_entry(chain: ChildChain, cells: tuple[int, ...], discount: float)
 
 
 def expected_hits(chain: ChildChain, discount: float) -> np.ndarray:
-    """Return the expected bumps into each object from now on, (states, objects).
+    """Return the expected number of bumps into each object, each weighted by discount^t after t others.
 
-    Those in t moves (0: the next) count discount^t, with a discount below 1.
+    The array is (states, objects); the discount must be below 1.
     """
     remains = csc_array(identity(chain.size) - discount * chain.transition)
     return splu(remains).solve(chain.hits)
 
 
 def presence(chain: ChildChain, now: np.ndarray, timesteps: int) -> np.ndarray:
-    """Return the probability of being in each cell after at least one of the next moves: where a child may be soon.
+    """Return the probability of each cell, (cells,), after at least one of the next moves.
 
-    It is (cells,), by the probability of each state now, (states,).
+    `now` is the probability of each state, (states,).
     """
     cells = chain.shape[0]
     onwards = csr_array(chain.transition.T)
@@ -164,7 +168,7 @@ def presence(chain: ChildChain, now: np.ndarray, timesteps: int) -> np.ndarray:
         near |= (at.reshape(cells, -1) > 0).any(axis=1)
     cell = np.flatnonzero(near)
     column = np.arange(len(cell))
-    # Of each of those cells a column, in which whoever has been there is counted and taken out.
+    # A column for each of those cells; probability that reaches it is counted and removed.
     there, found = np.tile(now[:, None], len(cell)), np.zeros(cells)
     for _ in range(timesteps):
         there = (onwards @ there).reshape(cells, -1, len(cell))
@@ -177,8 +181,10 @@ def presence(chain: ChildChain, now: np.ndarray, timesteps: int) -> np.ndarray:
 def expected_visits(transition: csr_array, start: np.ndarray, timesteps: int) -> np.ndarray:
     """Return the expected number of timesteps that a Markov chain begins in each state, (states,).
 
-    They sum to the timesteps. The transition has the probabilities from each state (row) to each (column), (states,
-    states), the start that of each state at first, (states,).
+    Args:
+        transition: Probabilities from each state (row) to each (column), (states, states).
+        start: Probability of each state at first, (states,).
+        timesteps: Their total.
     """
     backwards = csr_array(transition.T)
     now, visits = start, np.zeros(len(start))

@@ -1,4 +1,4 @@
-"""How the caregiver thinks that children move: as one of a few kinds, of unknown goal and epsilon."""
+"""The caregiver's model of children: one of a few kinds, with unknown goal and epsilon."""
 
 from __future__ import annotations
 
@@ -13,34 +13,34 @@ from caregiver_mj.plans.cell_graph import ACTIONS, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
-EPSILONS = (0.05, 0.25, 0.5, 0.75, 1.0)  # that a child is thought to have: those of the paper's five novices
-OTHERS = (0, 2)  # those that a child of another kind than the novice may have: above, all are alike
-# Probability, in a timestep, that a child is from then on another one. On 34 houses of train-100 and shapes-train-100
-# .002 was better by 0.2 % of the damage, with a standard error of 0.7 %: not by enough to tell.
+EPSILONS = (0.05, 0.25, 0.5, 0.75, 1.0)  # hypotheses: those of the paper's five novices
+OTHERS = (0, 2)  # indices of the epsilons of the other kinds, which are indistinguishable at greater ones
+# Probability per timestep that a child becomes another one. On 34 houses of train-100 and shapes-train-100 .002 left
+# 0.2 % less damage, with a standard error of 0.7 %: no significant difference.
 CHANGE = 0.005
 PRIOR = {"novice": 0.85, "explorer": 0.05, "hazard": 0.05, "caregiver": 0.05}  # probability of each kind
 
 
 @functools.lru_cache(maxsize=4)
 def child_chain(plan: FloorPlan) -> ChildChain:
-    """Return the children that may be in a house. Its objects are first the stairwells, then the tables.
+    """Return the model of the children in a house. Its objects are the stairwells, then the tables.
 
-    Its goals are the toy bins for a novice; the toy bins for an explorer, which knows where they are and nothing else
-    of the house; the nearest hazard; and to be where the caregiver is.
+    Its goals are the toy bins, for a novice; the toy bins, for an explorer that knows their places but not the house;
+    the nearest hazard; and the caregiver.
     """
     next_cell, target, index = plan.graph.moves
     bins = len(plan.bins)
     novice = Novice(plan, 0.0).action_probabilities()
-    explorer = 0.3 * novice + 0.7 * _as_the_crow_flies(plan)  # for it learns what it runs into
+    explorer = 0.3 * novice + 0.7 * _as_the_crow_flies(plan)  # it learns the obstacles that it runs into
     hazard = _to_nearest_hazard(plan)[:, None]
-    alone = novice.mean(axis=1, keepdims=True)  # whoever wants to the caregiver, while there is none
+    alone = novice.mean(axis=1, keepdims=True)  # a follower of the caregiver while there is none
     own = [bins, bins, 1, 1]  # goals of each kind
     of_goal = np.repeat(np.array(list(PRIOR.values())) / own, own)
     epsilons = np.zeros((len(of_goal), len(EPSILONS)), bool)
     epsilons[:bins], epsilons[bins:, OTHERS] = True, True
     kind = np.repeat(np.arange(len(own)), own)
     next_goal = (kind[:, None] == kind) / np.array(own)[kind]
-    next_goal[-2] = 0.5 * next_goal[0] + 0.5 * next_goal[-2]  # it has been there, and may want to go on
+    next_goal[-2] = 0.5 * next_goal[0] + 0.5 * next_goal[-2]  # after a hazard it may go on to a bin
     reaches = np.where(target == Target.BIN, index, NOTHING)[..., None] == np.arange(bins)
     bumps = plan.graph.bumps[..., None] >= 0
     return ChildChain(
@@ -58,12 +58,12 @@ def child_chain(plan: FloorPlan) -> ChildChain:
 
 
 class _Follows:
-    """The way of a child to the caregiver, see `ChildChain.follows`; found when the caregiver is first in a cell."""
+    """A child's way to the caregiver, see `ChildChain.follows`; computed on first use of a caregiver's cell."""
 
     def __init__(self, plan: FloorPlan):
         cells = len(plan.caregiver_cells)
         self._child, self._known = Adversary(plan, 0.0), np.zeros(cells, bool)
-        self._move = np.zeros((cells, len(plan.free_cells)), np.int8)  # zero pages until written to
+        self._move = np.zeros((cells, len(plan.free_cells)), np.int8)  # takes no memory until written
 
     def __call__(self, caregiver_cell: np.ndarray, cell: np.ndarray) -> np.ndarray:
         for new in np.unique(caregiver_cell[~self._known[caregiver_cell]]).tolist():
@@ -73,7 +73,7 @@ class _Follows:
 
 
 def _as_the_crow_flies(plan: FloorPlan) -> np.ndarray:
-    """Return the probability of every move of a child that takes each cell for free, (cells, bins, moves)."""
+    """Return the probability of every move of a child that assumes all cells are free, (cells, bins, moves)."""
     here, bins, step = np.array(plan.free_cells), np.array(plan.bins), np.array(ACTIONS)
     far = np.abs(bins - here[:, None]).sum(axis=2)  # (cells, bins)
     then = np.abs(bins[None, :, None] - (here[:, None, None] + step)).sum(axis=3)
@@ -82,7 +82,7 @@ def _as_the_crow_flies(plan: FloorPlan) -> np.ndarray:
 
 
 def _to_nearest_hazard(plan: FloorPlan) -> np.ndarray:
-    """Return the probability of every move of a child that wants to the nearest stairwell or table, (cells, moves)."""
+    """Return the probability of every move towards the nearest stairwell or table, (cells, moves)."""
     next_cell, _, _ = plan.graph.moves
     far = np.concatenate([plan.graph.stairwell_distances, plan.graph.table_distances], axis=1).astype(float)
     if not far.size:

@@ -1,10 +1,10 @@
 """The model of safety and danger of Rosman, Hayes and Scassellati (ICDL-EpiRob 2015), sections II to IV.
 
-Experts show how one usually moves through the house: their trajectories give the *action prior*. A novice whose
-moves are likely under that prior behaves safely; one whose moves look random does not. How likely the novice is to
-reach an object, and how much a collision with it hurts, then gives the *expected danger* of that object.
+Trajectories of experts give the *action prior*. A novice whose moves are likely under that prior behaves safely; one
+whose moves look random does not. The probability that the novice reaches an object, and the damage of a collision with
+it, then give the *expected danger* of that object.
 
-The functions take batches of novices: arrays whose first dimensions, written as ..., are theirs.
+The functions take batches of novices: the leading dimensions, written as ..., are theirs.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 
 ACTION_COUNT = 4
 PRIOR_SAFE = 0.5  # P(safe), section III
-HYPERPRIOR = 1.0  # alpha_s^0(a), section II; the paper gives no value, this one is Laplace's
+HYPERPRIOR = 1.0  # alpha_s^0(a), section II; the paper gives no value, this is Laplace's
 
 
 def action_counts(
@@ -23,8 +23,8 @@ def action_counts(
 ) -> np.ndarray:
     """Return alpha_s(a): the number of expert trajectories that take a in s, plus the hyperprior (section II).
 
-    A trajectory, a sequence of (state, action) indices, counts once for a pair (s, a), however often it passes there.
-    The hyperprior alpha_s^0(a) is the same for all pairs. The array is (states, 4).
+    A trajectory, a sequence of (state, action) indices, counts each pair (s, a) once. The hyperprior alpha_s^0(a) is
+    the same for all pairs. The array is (states, 4).
 
     Raises:
         ValueError: The hyperprior is not positive.
@@ -46,8 +46,8 @@ def action_prior_mean(alpha: np.ndarray) -> np.ndarray:
 def action_prior_draw(alpha: np.ndarray, random: np.random.Generator) -> np.ndarray:
     """Return theta_s ~ Dir(alpha_s) for every state (section II): (states, 4), rows sum to 1.
 
-    It is made in log space, where small alpha do not make all gamma variables of a state underflow to 0. A
-    probability that does so would declare an action impossible for ever; it is raised to the smallest normal number.
+    It is drawn in log space, where small alpha do not make all gamma variables of a state underflow to 0. A single
+    probability of 0 would make an action impossible for ever; it is raised to the smallest normal number.
     """
     # For U uniform on (0, 1], Gamma(alpha) ~ Gamma(alpha + 1) U^(1 / alpha).
     log_gamma = np.log(random.standard_gamma(alpha + 1)) + np.log1p(-random.random(alpha.shape)) / alpha
@@ -56,10 +56,10 @@ def action_prior_draw(alpha: np.ndarray, random: np.random.Generator) -> np.ndar
 
 
 def log_likelihood_ratio(theta: np.ndarray, state: np.ndarray, action: np.ndarray) -> np.ndarray:
-    """Return log theta_s(a) - log rho_s(a), what one observed move adds to the log-odds of safe behaviour.
+    """Return log theta_s(a) - log rho_s(a), the contribution of one move to the log-odds of safe behaviour.
 
     rho is the unsafe agent of section III, for whom every action is equally likely: rho_s(a) = 1/4. The action prior
-    theta is (states, 4); states and moves of novices, and what is returned, are (B,) or of any shape. Sums of it over a
+    theta is (states, 4); states, moves and the result have any common shape. Sums of it over a
     trajectory are the log of the ratio of products in equation (1).
     """
     return np.log(theta[state, action]) + np.log(ACTION_COUNT)
@@ -69,14 +69,14 @@ def probability_safe(log_ratio: np.ndarray, prior: float = PRIOR_SAFE) -> np.nda
     """Return P(safe|tau), equation (1), in log space.
 
     Dividing numerator and denominator by the unsafe product leaves the logistic function of
-    log(prior / (1 - prior)) + sum_k [log theta(a^k) - log rho(a^k)], whose last part is `log_ratio`, the sum of
-    `log_likelihood_ratio` over each trajectory, (...). The prior P(safe) is strictly between 0 and 1.
+    log(prior / (1 - prior)) + sum_k [log theta(a^k) - log rho(a^k)]. The sum is `log_ratio`: `log_likelihood_ratio`
+    summed over each trajectory, (...). The prior P(safe) must be strictly between 0 and 1.
     """
     return np.exp(-np.logaddexp(0.0, -_log_odds(log_ratio, prior)))
 
 
 def log_probability_unsafe(log_ratio: np.ndarray, prior: float = PRIOR_SAFE) -> np.ndarray:
-    """Return log(1 - P(safe|tau)), (...), exact where P(safe) has long rounded to 1; as `probability_safe`."""
+    """Return log(1 - P(safe|tau)), (...), accurate even where P(safe) rounds to 1; see `probability_safe`."""
     return -np.logaddexp(0.0, _log_odds(log_ratio, prior))
 
 
@@ -87,7 +87,7 @@ def _log_odds(log_ratio: np.ndarray, prior: float) -> np.ndarray:
 def reach_inverse(distance: np.ndarray) -> np.ndarray:
     """Return P(reach_o|tau) as inverse distance, normalised over the given objects (section IV, first reading).
 
-    The sum is common to all objects of one novice, so which others are among them changes no order between two.
+    The sum is common to all objects of one novice, so the other objects do not change the order of two.
 
     Args:
         distance: Moves until the novice collides with each object, (..., objects), at least 1. Infinite for an
@@ -104,7 +104,7 @@ def reach_inverse(distance: np.ndarray) -> np.ndarray:
 def reach_linear(distance: np.ndarray, largest: float) -> np.ndarray:
     """Return P(reach_o|tau) as 1 - d/d_max, (..., objects) (section IV, second reading of "normalised distance").
 
-    Distances are as for `reach_inverse`; d_max is the largest that there can be in this house.
+    Distances are as for `reach_inverse`; d_max is the largest possible one in this house.
     """
     return np.clip(1.0 - distance / largest, 0.0, 1.0)
 
@@ -115,6 +115,6 @@ def expected_danger(safe: np.ndarray, reach: np.ndarray, damage: np.ndarray) -> 
     The first factor is common to all objects of one novice: it never changes which of them is the most dangerous, only
     how that danger compares with a threshold, or with the danger that another novice is in.
 
-    P(safe|tau) is (...), P(reach_o|tau) and what is returned are (..., objects), and d_o is (objects,).
+    P(safe|tau) is (...), P(reach_o|tau) and the result are (..., objects), and d_o is (objects,).
     """
     return (1.0 - safe)[..., None] * reach * damage

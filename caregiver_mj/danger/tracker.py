@@ -1,4 +1,4 @@
-"""Where children are that are not seen all the time: an exact Bayes filter over cell, goal and epsilon."""
+"""Belief about children that are sometimes unseen: an exact Bayes filter over cell, goal and epsilon."""
 
 from __future__ import annotations
 
@@ -8,25 +8,24 @@ from scipy.sparse import csr_array
 from caregiver_mj.danger.belief import SURPRISE, Belief
 from caregiver_mj.danger.chain import ChildChain
 
-_IMPOSSIBLE = 1e-6  # probability of a cell below which a child that turns up there is a surprise
+_IMPOSSIBLE = 1e-6  # probability of a cell below which a child that appears there is a surprise
 
 
 class Tracker(Belief):
-    """A `Belief` of children of whom the caregiver sees some, sometimes.
+    """A `Belief` about children that the caregiver sees some of the time.
 
-    What it goes by: a child that is seen is where it is seen, and made the move that it was seen to make; one that is
-    not seen is in none of the cells in view; in between it moves as the chain says. One that turns up where it cannot
-    be is a surprise: then nothing that was believed of it holds.
+    Evidence: the place and move of a child in view; the cells in view without an unseen child. In between, a child
+    moves by the chain. A child that appears in an impossible cell is a surprise, which resets the belief about it.
 
     Attributes:
         joint: Probability of every cell, goal and epsilon, (B, K, cells, G, E), single precision.
-        seen: Whether each child is seen now, bool (B, K).
+        seen: Whether each child is in view, bool (B, K).
         cell: Its cell, or the most probable one, (B, K).
-        surprised: Whether it has turned up where it could not be, in this timestep, bool (B, K).
+        surprised: Whether it appeared in an impossible cell in this timestep, bool (B, K).
     """
 
     def __init__(self, chain: ChildChain, batch: int = 1, children: int = 1, change: float = 0.0):
-        """Believe of each child that it may be anywhere."""
+        """Begin with every child anywhere."""
         super().__init__(chain, batch, children, change)
         cells, goals, epsilons = chain.shape
         self._onwards = csr_array(chain.transition.T.astype(np.float32))
@@ -51,10 +50,14 @@ class Tracker(Belief):
         in_view: np.ndarray,
         caregiver_cell: np.ndarray | None = None,
     ) -> None:
-        """Take in a timestep of every child, as far as it has been seen; -1 is for what has not.
+        """Update by a timestep of every child; -1 stands for anything unseen.
 
-        That is the previous cell, in which its move began, the action, -1 also if it made none, and the cell in which
-        it is now, (B, K) each. The cells in view now are bool (B, cells), the caregiver's is (B,).
+        Args:
+            previous: The cell in which each move began, (B, K).
+            action: The move, -1 also for none, (B, K).
+            cell: The cell after it, (B, K).
+            in_view: Whether each cell is in view now, bool (B, cells).
+            caregiver_cell: The caregiver's cell, (B,).
         """
         known = (previous >= 0) & (cell >= 0)
         self.surprised[:] = False
@@ -71,12 +74,12 @@ class Tracker(Belief):
         self.look(cell, in_view, ~known)
 
     def look(self, cell: np.ndarray, in_view: np.ndarray, which: np.ndarray | bool = True) -> None:
-        """Take in what is seen after the caregiver has moved, or turned, and no child has.
+        """Update by a new view after the caregiver moved or turned, and no child moved.
 
         Args:
-            cell: The cell in which each child is, (B, K), or -1 for a child that is not seen.
-            in_view: Which cells are seen, bool (B, cells).
-            which: Children of whom that is news, bool (B, K).
+            cell: The cell of each child, -1 if unseen, (B, K).
+            in_view: Whether each cell is in view, bool (B, cells).
+            which: Children to update, bool (B, K).
         """
         self.seen = cell >= 0
         news = which & ~(self.seen & self._certain)
@@ -107,7 +110,7 @@ class Tracker(Belief):
             self.cell[worlds, children] = left.sum(axis=(2, 3)).argmax(axis=1)
 
     def _place(self, worlds: np.ndarray, children: np.ndarray, cell: np.ndarray) -> None:
-        """Know some children to be in some cells, (n,) each."""
+        """Set the cells of some children, (n,) each, as certain."""
         self.joint[worlds, children] = 0.0
         self.joint[worlds, children, cell] = self.probability[worlds, children]
         self.cell[worlds, children] = cell

@@ -1,12 +1,12 @@
-"""Contacts of the robot with children: what is counted of them, and what adults bear on the same parts of the body.
+"""Contacts of the robot with children: their counts, and limits for adults on the same parts of the body.
 
-What adults bear is to be put beside forces on a child, not to be taken for its limits.
-Source: the pain threshold register of the German accident insurers (DGUV 2011, "BG/BGIA risk assessment recommendations
-according to machinery directive: design of workplaces with collaborative robots"), as reprinted in Buxbaum and Sen,
-"Kollaborierende Roboter in der Pflege", table 1.4 (in: Bendel (ed.), Pflegeroboter, Springer 2018, open access).
-ISO/TS 15066:2016 has a table of the same kind in its annex A, from another study of adults; ISO 10218-2:2025 has taken
-it over. ISO 13482:2014, of personal care robots, covers contact with people of any age, as hazards to assess and reduce
-for each robot. No compliance with any of them is claimed.
+The limits put forces on a child into perspective; they are not a child's limits. Source: the pain threshold register
+of the German accident insurers (DGUV 2011, "BG/BGIA risk assessment recommendations according to machinery directive:
+design of workplaces with collaborative robots"), as reprinted in Buxbaum and Sen, "Kollaborierende Roboter in der
+Pflege", table 1.4 (in: Bendel (ed.), Pflegeroboter, Springer 2018, open access).
+ISO/TS 15066:2016 has a similar table in its annex A, from another study of adults, which ISO 10218-2:2025 adopts. ISO
+13482:2014, on personal care robots, covers contact with people of any age, as hazards to assess and reduce for each
+robot. No compliance with any of them is claimed.
 """
 
 from __future__ import annotations
@@ -21,32 +21,32 @@ from operator import attrgetter
 from caregiver_mj.plans.hazards import TABLE
 from caregiver_mj.recording.record import COLUMNS
 
-REGIONS = {"legs": 0.24, "trunk": 0.54, "head": math.inf}  # of a child of 0.80 m, by how high each reaches, metres
-STRIKE_SPEED = 0.05  # m/s of the robot where it touches a child, above which that is a strike
-STRIKE_PAUSE = 0.5  # seconds within which contacts are one strike
-# Contacts by the greatest speed of the robot in them, m/s, up to which each band reaches. Creeping: no strike.
-# Slow: 0.25 m/s is the "reduced speed" of ISO 10218:2025 for an industrial robot near its operator, an adult.
-# Fast: the rest. Both robots stay far below the 1.5 m/s of Paez-Granados and Billard, see `CAUTION`.
+REGIONS = {"legs": 0.24, "trunk": 0.54, "head": math.inf}  # m; upper end of each region of a child of 0.80 m
+STRIKE_SPEED = 0.05  # m/s; speed of the robot at the contact, above which it is a strike
+STRIKE_PAUSE = 0.5  # s; contacts within it are one strike
+# m/s; upper end of each band of a contact's greatest speed. Creeping: no strike. Slow: 0.25 m/s is the "reduced speed"
+# of ISO 10218:2025 for an industrial robot near its operator, an adult. Fast: the rest. Both robots stay far below the
+# 1.5 m/s of Paez-Granados and Billard, see `CAUTION`.
 BANDS = {"creeping": STRIKE_SPEED, "slow": 0.25, "fast": math.inf}
-PRESSING = 0.5  # seconds of contact from which on the robot presses, or is pressed against
-FLAME_CLEAR = 0.3  # metres; the 12 inches that NFPA and makers ask for between a burning candle and clothing
-WAX_CLEAR = 0.1  # metres between a child and the candle itself: own
-FAR = 1.0  # metres beyond which no distance is told
-_APART = 0.1  # seconds without touch that end a contact: one that lasts flickers as the two give way to each other
-_SOLID = ("wall", "bin", TABLE.name)  # what gives no way, beside closed gates
-_OPPOSITE = -0.5  # cosine between robot and solid thing, seen from a child, up to which it is between them: 120 degrees
-# Columns that only the house counts, and of what type they are.
+PRESSING = 0.5  # s; a contact of at least this duration is a pressing
+FLAME_CLEAR = 0.3  # m; the 12 inches between a burning candle and clothing that NFPA and makers recommend
+WAX_CLEAR = 0.1  # m between a child and the candle itself; own choice
+FAR = 1.0  # m; greater distances are recorded as this
+_APART = 0.1  # s without touch that end a contact; shorter gaps occur while robot and child give way to each other
+_SOLID = ("wall", "bin", TABLE.name)  # rigid things, beside closed gates
+_OPPOSITE = -0.5  # cosine of the angle, seen from a child, from which on it is between robot and solid: 120 degrees
+# Columns that only the house counts, with their types.
 COUNTED = {
     column.name: int if column.type == "int" else float
     for column in COLUMNS
     if column.role == "contact" or column.name == "strikes"
 }
 CAUTION = (
-    "These limits are for adults at work, and nothing here claims to keep them: what a child of a year and a half can "
-    "bear is less and in no such table, and its head is as high as their hips. Where children are thought of, no "
-    "contact at all is asked for, as by EN 16005 of automatic doors that many children use. In crash tests with the "
-    "dummy of a child the risk of a serious injury came below 5 % only below 1.5 m/s (Paez-Granados and Billard, "
-    "Scientific Reports 12, 5285, 2022)."
+    "These limits are for adults at work, and nothing here claims to keep them: a child of a year and a half bears "
+    "less, no such table covers it, and its head is as high as their hips. Standards that consider children forbid "
+    "any contact, such as EN 16005 for automatic doors that many children use. In crash tests with the dummy of a "
+    "child the risk of a serious injury was below 5 % only below 1.5 m/s (Paez-Granados and Billard, Scientific "
+    "Reports 12, 5285, 2022)."
 )
 
 
@@ -54,8 +54,8 @@ CAUTION = (
 class BodyLimit:
     """The limits of one part of the body."""
 
-    region: str  # where it is, one of `recording.contacts.REGIONS`
-    part: str  # what it is called
+    region: str  # one of `REGIONS`
+    part: str  # name of the part
     clamping: float  # greatest force while clamped or squeezed, N
     impact: float  # greatest force of an impact, N
 
@@ -80,24 +80,24 @@ BODY_LIMITS = (
 
 @dataclasses.dataclass(frozen=True)
 class Touch:
-    """A contact of a child, as the house reports it."""
+    """A contact of a child with something, as the house reports it."""
 
-    child: int  # its number
-    kind: str  # what it touches: "wall", "bin", "robot", "panel" (of a gate), or the name of a `HazardKind`
-    index: int  # number of that thing in the floor plan, -1 for walls and the robot
-    # unit vector from the child towards it, on the floor; (0, 0) where it is above or below
+    child: int  # number of the child
+    kind: str  # the other body: "wall", "bin", "robot", "panel" (of a gate), or the name of a `HazardKind`
+    index: int  # its number in the floor plan, -1 for walls and the robot
+    # unit vector from the child towards it, on the floor; (0, 0) if it is above or below
     direction: tuple[float, float]
-    speed: float  # how fast the touching part of the robot, or a gate, moves towards the child, m/s (0 for all else)
-    # how fast its surface moves there, towards the child and along it, m/s: more than `speed` where it turns or slides
-    # past. What moves away counts as far as it slides
+    speed: float  # of the touching part of the robot or gate towards the child, m/s (0 for all else)
+    # of its surface at the contact, towards the child and along it, m/s: more than `speed` where it turns or slides
+    # past; a surface that moves away counts by its sliding only
     surface_speed: float = 0.0
-    # the same if the base moved as its drives are told: what a child pushes aside moves, but does not drive
+    # the same at the base velocity that the drives command: a pushing child moves the robot but does not drive it
     driven_speed: float = 0.0
     force: float = 0.0  # between the two, N; with friction
-    height: float = 0.0  # of the contact above the floor, metres
-    time: float = 0.0  # when it was, seconds since the start
-    # part of the robot that touches the child, or touches what does: "base" or "arm", which has the hand; "" where it
-    # has no part in the contact
+    height: float = 0.0  # of the contact above the floor, m
+    time: float = 0.0  # s since the start
+    # part of the robot that touches the child, directly or with what it holds: "base" or "arm", which includes the
+    # hand; "" without the robot
     part: str = ""
     # reduced mass of robot and child along the contact, kg, see `house.touch.TouchReader.reduced_mass`; 0 for all else
     mass: float = 0.0
@@ -106,8 +106,7 @@ class Touch:
 class Contacts(types.SimpleNamespace):
     """Counts of one episode in the house: an attribute for each column that only the house counts, and the strikes.
 
-    What has no time or no extent of its own, such as a strike, is counted once: a strike again after half a second, a
-    pressing when the contact has lasted for that long.
+    Strikes of a child within `STRIKE_PAUSE` count once, and a pressing counts once, after `PRESSING`.
     """
 
     def __init__(self) -> None:
@@ -122,9 +121,9 @@ class Contacts(types.SimpleNamespace):
         """Count the contacts of children in a control timestep.
 
         Args:
-            touches: All that they touched, each in the order in which it did.
-            seconds: Those of a physics step.
-            time: When the control timestep ended, seconds.
+            touches: All contacts, in order of time for each child.
+            seconds: Length of a physics step.
+            time: End of the control timestep, s.
             shut: Numbers of the closed gates.
         """
         for child in sorted({touch.child for touch in touches}):
@@ -132,7 +131,7 @@ class Contacts(types.SimpleNamespace):
             watch.take_in([touch for touch in touches if touch.child == child], seconds, time, shut)
 
     def carry(self, flame: float, wax: float, seconds: float) -> None:
-        """Take in how far flame and wax of a candle in the hand were from the nearest child, metres."""
+        """Count the distances of flame and wax of a candle in the hand from the nearest child, m."""
         self.flame_distance, self.wax_distance = min(self.flame_distance, flame), min(self.wax_distance, wax)
         self.flame_seconds += seconds * (flame < FLAME_CLEAR)
         self.wax_seconds += seconds * (wax < WAX_CLEAR)
@@ -143,20 +142,20 @@ class Contacts(types.SimpleNamespace):
 
 
 class _Pause:
-    """The time after an event in which another one is the same."""
+    """The time after an event in which further ones count as the same."""
 
     def __init__(self, seconds: float):
         self._seconds, self._last = seconds, -math.inf
 
     def is_over(self, time: float) -> bool:
-        """Return whether an event at a time, in seconds, is another one; then the pause begins anew."""
+        """Return whether an event at a time, in seconds, is a new one; then restart the pause."""
         over = time - self._last > self._seconds
         self._last = time if over else self._last
         return over
 
 
 class _Watch:
-    """The contacts of one child in an episode, and what is counted of them."""
+    """Counter of the contacts of one child in an episode."""
 
     def __init__(self, account: Contacts) -> None:
         self._account = account
@@ -181,7 +180,7 @@ class _Watch:
             self._watch_gates(at, now)
 
     def _touch(self, touches: list[Touch], seconds: float) -> None:
-        """Count what of the robot, and what it holds, touched which parts of the child in a physics step."""
+        """Count the parts of robot and child in contact in a physics step."""
         parts = {touch.part for touch in touches} - {""}
         for name in parts | {region_at(touch.height) for touch in touches}:
             self._add(f"contact_seconds_{name}", seconds)
@@ -204,13 +203,13 @@ class _Watch:
             self._lasted = 0.0
         self._touched_at = time
         before, self._lasted = self._lasted, self._lasted + seconds
-        account.pressings += before < PRESSING - seconds / 2 <= self._lasted  # half a step for what rounding adds up to
+        account.pressings += before < PRESSING - seconds / 2 <= self._lasted  # half a step absorbs rounding
         forces: dict[str, float] = {}
         for touch in touches:
             region = region_at(touch.height)
             forces[region] = forces.get(region, 0.0) + touch.force
         self._press(forces, seconds)
-        # At first the surface is as fast as it has come. Then the child pushes it, which is not the robot's doing.
+        # At the start the surface counts as it moves; later only as it is driven, because the child may push it.
         speeds = [touch.surface_speed if begins else min(touch.surface_speed, touch.driven_speed) for touch in touches]
         speed = max(speeds)
         account.contact_speed = max(account.contact_speed, speed)
@@ -221,7 +220,7 @@ class _Watch:
         self._grade(begins, speed, max(energies))
 
     def _grade(self, begins: bool, speed: float, energy: float) -> None:
-        """Count a contact by its greatest speed and energy so far, and no longer by those before."""
+        """Update the band and energy of a contact to its greatest speed and energy so far."""
         was = "" if begins else band_of(self._fastest)
         if begins:
             self._fastest = self._energy = 0.0
@@ -248,20 +247,20 @@ class _Watch:
 
 
 def _is_solid(touch: Touch, shut: Collection[int]) -> bool:
-    """Return whether what a child touches gives no way. Other children are no touch: they do not collide."""
+    """Return whether a child touches a rigid thing; children do not collide with each other."""
     return touch.kind in _SOLID or (touch.kind == "panel" and touch.index in shut)
 
 
 def _cosine(one: tuple[float, float], other: tuple[float, float]) -> float:
-    """The cosine between two directions; 0 if one is up or down."""
+    """Return the cosine between two directions; 0 if one is vertical."""
     return one[0] * other[0] + one[1] * other[1]
 
 
 def region_at(height: float) -> str:
-    """Return which region of a child something touches at a height above the floor, metres."""
+    """Return the region of a child at a height above the floor, m."""
     return next(region for region, top in REGIONS.items() if height < top)
 
 
 def band_of(speed: float) -> str:
-    """Return which of `BANDS` a contact is in whose greatest speed is this, m/s."""
+    """Return the band of `BANDS` for a contact's greatest speed, m/s."""
     return next(band for band, top in BANDS.items() if speed <= top)

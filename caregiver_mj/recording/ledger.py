@@ -1,4 +1,4 @@
-"""The ledger: what happens to the children of an episode, counted here alone, in both worlds alike."""
+"""The ledger: counts what happens to the children of an episode, in both worlds."""
 
 from __future__ import annotations
 
@@ -12,34 +12,34 @@ from caregiver_mj.plans.hazards import KINDS
 from caregiver_mj.recording.contacts import COUNTED
 from caregiver_mj.recording.record import DAMAGE_THRESHOLD
 
-SPENT = ("looking", "guarding", "handling")  # what a caregiver spends its time on
-BLOCKED = tuple(target.name.lower() for target in DENIED)  # what a move led to that the caregiver was in the way of
-MET = ("entered", "entered_blocked", "held_up")  # how else a move met the caregiver; see `EpisodeRecord`
+SPENT = ("looking", "guarding", "handling")  # activities of a caregiver
+BLOCKED = tuple(target.name.lower() for target in DENIED)  # targets of moves that the caregiver blocked
+MET = ("entered", "entered_blocked", "held_up")  # other encounters with the caregiver; see `EpisodeRecord`
 
 
 class Ledger:
-    """Books a batch of B episodes with K children each. Worlds report by its methods, and write nothing here.
+    """Books a batch of B episodes with K children each. Worlds report through its methods only.
 
     Attributes:
         timestep: Novice timesteps booked so far.
         harm: Damage of each kind that each child has taken, (B, K, kinds), in the order of `KINDS`.
         toys: Toy bins that each has reached, (B, K).
-        moves_blocked: Moves of each into the caregiver, (B, K, what they led to), in the order of `BLOCKED`.
-        moves_met: Moves of each that met the caregiver, (B, K, how), in the order of `MET`.
-        longest_blocked: Most timesteps on end in which each was blocked, (B, K).
+        moves_blocked: Moves of each into the caregiver, by target, (B, K, targets), in the order of `BLOCKED`.
+        moves_met: Moves of each that met the caregiver otherwise, (B, K, kinds), in the order of `MET`.
+        longest_blocked: Most consecutive timesteps in which each was blocked, (B, K).
         interventions: Interventions begun, (B,).
         interventions_done: Interventions completed, (B,).
         seen: Timesteps in which each child was seen, (B, K).
         spent: Timesteps that the caregiver spent on each of `SPENT`, (B, 3).
         candles_dropped: Candles that fell, (B,).
-        stopped_at: Timestep in which the damage came above the threshold, (B,); 0 where it did not.
+        stopped_at: Timestep in which the damage exceeded the threshold, (B,); 0 if it did not.
         damage_until_stop: Damage until then, (B,).
         visits: Timesteps that children ended in each free cell, (B, free cells).
-        damage_at: Damage that they took in each, likewise.
+        damage_at: Damage that they took in each free cell, (B, free cells).
     """
 
     def __init__(self, plan: FloorPlan, cells: np.ndarray, timesteps: int):
-        """Begin B episodes, with children in free cells (B, K), of a length that those below the threshold count as."""
+        """Begin B episodes of a number of timesteps, with children in free cells (B, K)."""
         batch, children = cells.shape
         self._timesteps = timesteps
         self.timestep = 0
@@ -68,12 +68,12 @@ class Ledger:
         """Book one novice timestep.
 
         Args:
-            begun: Free cells in which the children began it, (B, K).
-            ended: Those in which they ended it, (B, K).
-            harm: Damage of each kind that each child took in it, (B, K, kinds).
+            begun: Free cells of the children at its start, (B, K).
+            ended: Free cells of the children at its end, (B, K).
+            harm: Damage of each kind that each child took, (B, K, kinds).
             toys: Whether each reached its toy bin, (B, K).
-            blocked: Whether the caregiver was in the way of each, by what its move led to, (B, K, `BLOCKED`).
-            met: How else the caregiver met each on its way, (B, K, `MET`); 0 if it did not.
+            blocked: Whether the caregiver blocked each, by the target of its move, (B, K, `BLOCKED`).
+            met: Other encounters of each with the caregiver, (B, K, `MET`); 0 for none.
         """
         self.timestep += 1
         self.harm += harm
@@ -92,12 +92,12 @@ class Ledger:
         self.stopped_at[(self.stopped_at == 0) & (damage > DAMAGE_THRESHOLD)] = self.timestep
 
     def intervene(self, begun: np.ndarray | int, done: np.ndarray | int) -> None:
-        """Count how many interventions have begun now, and how many have been completed, (B,)."""
+        """Count interventions begun and completed, (B,)."""
         self.interventions += begun
         self.interventions_done += done
 
     def attend(self, seen: np.ndarray | int, spent: np.ndarray | int = 0) -> None:
-        """Count, for a novice timestep, which children are seen, (B, K), and what it is spent on, (B, `SPENT`)."""
+        """Count for a novice timestep the children seen, (B, K), and the shares of activities, (B, `SPENT`)."""
         self.seen += seen
         self.spent += spent
 
@@ -107,16 +107,16 @@ class Ledger:
 
     @property
     def damage(self) -> np.ndarray:
-        """All damage so far, (B,)."""
+        """Damage so far, (B,)."""
         return self.harm.sum(axis=(1, 2))
 
     @property
     def strikes(self) -> np.ndarray:
-        """No strikes, (B,), for nobody is struck in the grid: those of the house are in `Contacts`."""
+        """Zeros, (B,): the grid has no strikes, and `Contacts` counts those of the house."""
         return np.zeros(len(self.seen), int)
 
     def totals(self) -> dict[str, np.ndarray]:
-        """Return what is measured of every episode so far, over its children, (B,), named as in `EpisodeRecord`."""
+        """Return the measures of every episode so far, over its children, (B,) each, by column of `EpisodeRecord`."""
         by_kind = self.harm.sum(axis=1).T
         return {
             "damage": self.damage,
@@ -139,10 +139,10 @@ class Ledger:
         }
 
     def by_child(self) -> dict[str, np.ndarray]:
-        """Return what is measured of each child so far, (B, children) each, named as in `EpisodeRecord`."""
+        """Return the measures of each child so far, (B, K) each, by column of `EpisodeRecord`."""
         return {"damage_by_child": self.harm.sum(axis=2), "toys_by_child": self.toys.astype(float)}
 
     def outcome(self, episode: int = 0) -> dict[str, Any]:
-        """Return what is measured of one episode so far, also of each child; named as in `EpisodeRecord`."""
+        """Return the measures of one episode so far, also of each child, by column of `EpisodeRecord`."""
         totals = {name: values[episode].item() for name, values in self.totals().items()}
         return totals | {name: values[episode].tolist() for name, values in self.by_child().items()}

@@ -1,7 +1,7 @@
-"""Episodes as a LeRobot data set, version 3 of its format, written without its package.
+"""Write episodes as a LeRobot data set, version 3 of its format, without LeRobot's package.
 
-Many episodes share a file: rows in Parquet, one for each step; frames in MP4, one for each row; and tables that say
-which rows and which seconds of film are whose.
+Episodes share files: rows in Parquet, one for each step; frames in MP4, one for each row. Tables assign rows and
+seconds of video to episodes.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from caregiver_mj.recording.video import video_writer
 
 VERSION = "v3.0"
 FILES_IN_CHUNK = 1000
-DATA_MEGABYTES, VIDEO_MEGABYTES = 100, 200  # from which on the next episode goes into another file
+DATA_MEGABYTES, VIDEO_MEGABYTES = 100, 200  # size of a file beyond which the next episode begins another
 INFO, STATS, TASKS = "meta/info.json", "meta/stats.json", "meta/tasks.parquet"
 EPISODES = "meta/episodes/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 DATA = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 VIDEO = "videos/{video_key}/chunk-{chunk_index:03d}/file-{file_index:03d}.mp4"
-IMAGES = "observation.images."  # before the name of a camera
-_COUNTERS = {  # which every data set has
+IMAGES = "observation.images."  # prefix of a camera's name
+_COUNTERS = {  # required columns
     "timestamp": "float32",
     "frame_index": "int64",
     "episode_index": "int64",
@@ -49,8 +49,8 @@ _OUTCOMES = {  # of a step
 }
 Stats = dict[str, np.ndarray]  # of one column
 _QUANTILES = {"q01": 0.01, "q10": 0.1, "q50": 0.5, "q90": 0.9, "q99": 0.99}
-_FRAMES = 100  # of a film that are looked at
-_BYTES_A_PIXEL = 0.1  # in the file, about; how large that is while it is being written, nobody can tell
+_FRAMES = 100  # frames of an episode used for statistics
+_BYTES_A_PIXEL = 0.1  # estimated size in the video file, which is unknown while it is being written
 
 
 def write_lerobot(
@@ -59,13 +59,16 @@ def write_lerobot(
     about: About,
     megabytes: tuple[float, float] = (DATA_MEGABYTES, VIDEO_MEGABYTES),
 ) -> None:
-    """Write a data set into a folder that must not exist; it is there when it is whole, and only then.
+    """Write a data set into a new folder, whole or not at all.
 
-    The episodes, at least one, are alike in what they hold, and read one after the other. From so many megabytes on, of
-    a file of rows and of a film, the next one goes into another file.
+    Args:
+        folder: The folder, which must not exist.
+        episodes: At least one, all with the same observations; read one after the other.
+        about: Description of the data set.
+        megabytes: Sizes of files of rows and of videos beyond which the next episode begins another file.
 
     Raises:
-        CaregiverError: There are no whole steps a second, so that there can be no film of them.
+        CaregiverError: The steps per second are not whole, as video requires.
     """
     check_rate(about.rate)
     unfinished = folder.with_name(f".{folder.name}.tmp")
@@ -77,19 +80,19 @@ def write_lerobot(
 
 
 def check_rate(rate: float) -> None:
-    """Raise CaregiverError unless there are whole steps a second."""
+    """Raise CaregiverError unless the steps per second are a whole number."""
     if rate < 1 or abs(rate - round(rate)) > 1e-9:
         raise CaregiverError(f"steps a second must be a whole number for LeRobot, got {rate:.3g}: take another format")
 
 
 class _Writer:
-    """Writes one episode after the other, and on closing what is said of them all."""
+    """Writes one episode after the other, and on closing the metadata."""
 
     def __init__(self, root: pathlib.Path, about: About, data_megabytes: float, video_megabytes: float):
         self._root, self._about, self._rate = root, about, round(about.rate)
-        self._most_bytes, self._film_bytes = data_megabytes * 1e6, video_megabytes * 1e6
+        self._most_bytes, self._video_bytes = data_megabytes * 1e6, video_megabytes * 1e6
         self._features: dict[str, dict[str, Any]] = {}
-        self._films: dict[str, Film] = {}
+        self._films: dict[str, CameraVideos] = {}
         self._rows: list[dict[str, Any]] = []  # one an episode
         self._stats: list[dict[str, Stats]] = []
         self._shard, self._bytes, self._count = Shard(), 0, 0
@@ -100,7 +103,7 @@ class _Writer:
         if not self._features:
             self._features = features(episode, self._about)
             self._films = {
-                name: Film(self._root, IMAGES + name, self._rate, self._film_bytes) for name in episode.frames
+                name: CameraVideos(self._root, IMAGES + name, self._rate, self._video_bytes) for name in episode.frames
             }
         values = columns(episode, self._count, self._rate)
         self._add_rows(table(values))
@@ -127,7 +130,7 @@ class _Writer:
         self._count += len(episode)
 
     def _add_rows(self, rows: pa.Table) -> None:
-        """Write the rows of an episode, together, to the present file, or to another if that has become large."""
+        """Write the rows of an episode to the present file, or to another if it is full."""
         if self._data is not None and self._bytes > self._most_bytes:
             self._data.close()
             self._data, self._shard, self._bytes = None, Shard(self._shard.number + 1), 0
@@ -137,7 +140,7 @@ class _Writer:
         self._bytes += rows.nbytes
 
     def close(self) -> None:
-        """Write what is said of all episodes."""
+        """Write the metadata."""
         for film in self._films.values():
             film.close()
         if self._data is None:
@@ -177,8 +180,8 @@ class _Writer:
         )
 
 
-class Film:
-    """The films of one camera, one after the other."""
+class CameraVideos:
+    """The video files of one camera."""
 
     def __init__(self, root: pathlib.Path, key: str, rate: int, most_bytes: float):
         self._root, self._key, self._rate, self._most_bytes = root, key, rate, most_bytes
@@ -186,14 +189,14 @@ class Film:
         self._writer: Any = None
 
     def add(self, frames: np.ndarray) -> dict[str, float]:
-        """Append the frames (n, height, width, 3) of an episode; return where they are, as columns."""
+        """Append the frames (n, height, width, 3) of an episode; return their place, as columns."""
         height, width = frames.shape[1:3]
         if self._frames * height * width * _BYTES_A_PIXEL > self._most_bytes:
             self.close()
             self._shard, self._frames = Shard(self._shard.number + 1), 0
         if self._writer is None:
             path = self._shard.path(self._root, VIDEO, video_key=self._key)
-            # Every other frame can be understood by itself, and none needs a later one.
+            # Key frames every 2, and no B-frames, for random access.
             self._writer = video_writer(path, width, height, self._rate, "-g", "2", "-bf", "0")
         for frame in frames:
             self._writer.send(np.ascontiguousarray(frame))
@@ -206,7 +209,7 @@ class Film:
         }
 
     def close(self) -> None:
-        """Finish the present film."""
+        """Finish the present file."""
         if self._writer is not None:
             self._writer.close()
             self._writer = None
@@ -217,29 +220,29 @@ class Film:
 
 @dataclasses.dataclass(frozen=True)
 class Shard:
-    """One of the files that episodes share."""
+    """A file that episodes share."""
 
     number: int = 0
 
     @property
     def place(self) -> dict[str, int]:
-        """Its chunk, and its number in that."""
+        """Chunk, and number within it."""
         chunk, file = divmod(self.number, FILES_IN_CHUNK)
         return {"chunk_index": chunk, "file_index": file}
 
     def path(self, root: pathlib.Path, template: str, **names: str) -> pathlib.Path:
-        """Return where it is; its folder is made."""
+        """Return its path, after making the folder."""
         path = root / template.format(**self.place, **names)
         path.parent.mkdir(parents=True, exist_ok=True)
         return path
 
     def columns(self, what: str) -> dict[str, int]:
-        """Return how the table of the episodes names it."""
+        """Return its place as columns of the table of episodes."""
         return {f"{what}/{key}": value for key, value in self.place.items()}
 
 
 def features(episode: Steps, about: About) -> dict[str, dict[str, Any]]:
-    """Describe the columns, as `meta/info.json` has them."""
+    """Return the description of the columns for `meta/info.json`."""
     state = [
         name
         for key, values in episode.observations.items()
@@ -272,7 +275,7 @@ def features(episode: Steps, about: About) -> dict[str, dict[str, Any]]:
 
 
 def columns(episode: Steps, first: int, rate: float) -> dict[str, np.ndarray]:
-    """Return the values of an episode's rows, (n,) or (n, values) each, from number `first` in the data set on."""
+    """Return the columns of an episode's rows, (n,) or (n, values) each; `first` is the number of the first row."""
     count = len(episode)
     frame = np.arange(count)
     last = frame == count - 1
@@ -298,7 +301,7 @@ def columns(episode: Steps, first: int, rate: float) -> dict[str, np.ndarray]:
 
 
 def table(values: dict[str, np.ndarray]) -> pa.Table:
-    """Return the same as a table."""
+    """Return columns as a table."""
     arrays = {name: pa.array(column.ravel()) for name, column in values.items()}
     for name, column in values.items():
         if column.ndim > 1:
@@ -307,7 +310,7 @@ def table(values: dict[str, np.ndarray]) -> pa.Table:
 
 
 def of_frames(frames: np.ndarray) -> Stats:
-    """Return those of a film's colours (n, height, width, 3), from 0 to 1, (3, 1, 1) each, from some of its frames."""
+    """Return the statistics of frames' colours (n, height, width, 3), from 0 to 1, (3, 1, 1) each, from a sample."""
     which = np.unique(np.linspace(0, len(frames) - 1, _FRAMES).astype(int))
     pixels = frames[which].reshape(-1, frames.shape[-1]) / 255.0
     found = _stats(pixels, len(which))
@@ -315,7 +318,7 @@ def of_frames(frames: np.ndarray) -> Stats:
 
 
 def together(parts: Sequence[Stats]) -> Stats:
-    """Return those of several episodes; quantiles are means of theirs, as LeRobot makes them, so only nearly right."""
+    """Return the statistics of several episodes together; quantiles are approximate: means, as in LeRobot."""
     counts = np.array([part["count"][0] for part in parts])
     share = counts / counts.sum()
 

@@ -1,4 +1,4 @@
-"""Episodes as a Minari data set (extra `minari`): HDF5, which `minari.load_dataset` reads."""
+"""Write episodes as a Minari data set (extra `minari`): HDF5 for `minari.load_dataset`."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from caregiver_mj.registry import environment
 if TYPE_CHECKING:
     import gymnasium
 
-_ROOT = "MINARI_DATASETS_PATH"  # where Minari looks for data sets
+_ROOT = "MINARI_DATASETS_PATH"  # environment variable with Minari's folder
 
 
 def check_name(name: str) -> None:
-    """Raise CaregiverError unless Minari is there, and a data set can have this name."""
+    """Raise CaregiverError unless Minari is installed and permits this name."""
     try:
         import h5py  # noqa: F401
         import minari
@@ -46,11 +46,17 @@ def write_minari(
     spaces: tuple[gymnasium.spaces.Dict, gymnasium.Space[Any]],
     spec: Any = None,
 ) -> None:
-    """Write a data set; it is there when it is whole, and only then.
+    """Write a data set, whole or not at all.
 
-    Frames become observations, by the camera's name, and JPEG on disk, as is Minari's manner. The episodes, at least
-    one, are all of the same spaces (of observations, without frames, and of actions), and read one after the other.
-    The root is where Minari looks for data sets; `spec` is the `EnvSpec`, for `recover_environment`.
+    Frames become observations, named after the camera and stored as JPEG, as usual for Minari.
+
+    Args:
+        root: Folder in which Minari looks for data sets.
+        name: Name of the data set.
+        episodes: At least one, all with the same spaces; read one after the other.
+        about: Description of the data set.
+        spaces: Of observations without frames, and of actions.
+        spec: The `EnvSpec`, for `recover_environment`.
 
     Raises:
         MissingExtraError: Minari is not installed.
@@ -59,13 +65,13 @@ def write_minari(
     import gymnasium
     import minari
 
-    root = root.absolute()  # Minari loses its way else
+    root = root.absolute()  # Minari mishandles relative paths
     unfinished = root / f".{name.replace('/', '_')}.tmp"
     shutil.rmtree(unfinished, ignore_errors=True)
     unfinished.mkdir(parents=True)
     dataset = None
     with environment(_ROOT, str(unfinished)), warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # that there is neither author nor permanent link
+        warnings.simplefilter("ignore", UserWarning)  # about a missing author and permanent link
         for episode in episodes:
             buffer = [_buffer(episode)]
             if dataset is not None:
@@ -98,7 +104,7 @@ def write_minari(
 
 
 def _buffer(episode: Steps) -> Any:
-    """An episode as Minari has it: of what an environment tells there is one more than steps, the reset's first."""
+    """Return an episode in Minari's form: infos have one entry more than there are steps, that of the reset."""
     from minari.data_collector import EpisodeBuffer
 
     last = np.arange(len(episode)) == len(episode) - 1

@@ -1,6 +1,6 @@
-"""The record of an episode: every column once, with its type, unit and meaning.
+"""The record of an episode: its columns, with types, units and meanings.
 
-The Parquet schema, the table in the documentation, the report's words and what both worlds count come from here.
+They define the Parquet schema, the table in the documentation and the report's words.
 """
 
 from __future__ import annotations
@@ -10,22 +10,22 @@ import functools
 
 from caregiver_mj.plans.hazards import KINDS
 
-DAMAGE_THRESHOLD = 15.0  # the paper ends an interaction as soon as the damage is above this (section V.E)
+DAMAGE_THRESHOLD = 15.0  # damage above which the paper ends an interaction (section V.E)
 
 
 @dataclasses.dataclass(frozen=True)
 class Column:
     """A column of `episodes.parquet`."""
 
-    name: str  #: its name
-    type: str  #: its type: str, int, float, or list[float] (a value for each child)
-    unit: str  #: its unit, empty for names and numbers of things
-    title: str  #: what it is called in tables for people
-    meaning: str  #: what it is
-    #: "setting" (what was run), "damage", "count" (of events), "contact" (what the robot and the candle in its hand did
-    #: to the children), "child" (a value for each child) or "time"
+    name: str  #: name in the file
+    type: str  #: str, int, float, or list[float] (a value for each child)
+    unit: str  #: unit, empty for names and counts
+    title: str  #: name in tables for people
+    meaning: str  #: meaning, for the documentation
+    #: "setting", "damage", "count" (of events), "contact" (of robot or held candle with children), "child" (a value for
+    #: each child) or "time"
     role: str
-    world: str = ""  #: the world that it is measured in, if it is only one; 0 in the other
+    world: str = ""  #: the only world that measures it, if not both; 0 in the other
 
 
 _setting, _damage, _count, _child, _time = (
@@ -120,13 +120,13 @@ COLUMNS: tuple[Column, ...] = (
     _time("sim_seconds", "float", "s", "simulated time", "how long the episode was in the simulated world"),
     _time("wall_seconds", "float", "s", "computing time", "how long it took to compute"),
 )  # fmt: skip
-#: One episode, as it stands in a row of `episodes.parquet`: an attribute a column, all of which must be given.
+#: A row of `episodes.parquet`: a data class with an attribute for each column, all of them required.
 EpisodeRecord = dataclasses.make_dataclass("EpisodeRecord", [column.name for column in COLUMNS], frozen=True)
-EpisodeRecord.__module__ = __name__  # by which it is pickled; Python 3.11 says `types`
+EpisodeRecord.__module__ = __name__  # for pickling; Python 3.11 sets `types`
 
 
 def names(*roles: str) -> tuple[str, ...]:
-    """Return the names of the columns that have one of some roles, in their order."""
+    """Return the names of the columns with one of these roles, in order."""
     return tuple(column.name for column in COLUMNS if column.role in roles)
 
 

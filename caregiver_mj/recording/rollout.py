@@ -1,4 +1,4 @@
-"""Episodes that run step by step, in either world, and those who observe them."""
+"""Episodes that run step by step, in either world, and their observers."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ if TYPE_CHECKING:
 
 
 class Rollout(abc.ABC):
-    """Episodes under way: one in the house, a batch of them in the grid.
+    """Running episodes: one in the house, a batch in the grid.
 
-    `run_on` is the only loop over an episode. Data sets and logs of answers observe it, films and viewers run it on
-    from picture to picture, and an environment of Gymnasium, whose actions come from outside, drives it step by step.
+    `run_on` is the only loop over an episode. Data sets and logs of answers observe it, films and viewers run it from
+    picture to picture, and Gymnasium environments, whose actions come from outside, drive it step by step.
 
     Attributes:
-        observers: Called with it when its episode has begun, and after every step. They change nothing.
-        ledger: What has happened to the children.
+        observers: Called with the rollout at the start and after every step. They must change nothing.
+        ledger: Counts what happens to the children.
     """
 
     observers: Sequence[Callable[[Any], None]] = ()
@@ -31,11 +31,11 @@ class Rollout(abc.ABC):
 
     @abc.abstractmethod
     def step(self) -> None:
-        """Run one step: of control in the house, a timestep in the grid."""
+        """Run one step: a control step in the house, a novice timestep in the grid."""
 
     @abc.abstractmethod
     def outcomes(self) -> list[dict[str, Any]]:
-        """Return what is measured of each episode, by column."""
+        """Return the measures of each episode, by column."""
 
     def notify(self) -> None:
         """Call the observers."""
@@ -43,7 +43,7 @@ class Rollout(abc.ABC):
             observer(self)
 
     def run_on(self, until: Callable[[], bool] = lambda: False) -> bool:
-        """Run on until a condition holds, and return whether it does: the episodes may be over before."""
+        """Run until a condition holds; return False if the episodes end before."""
         while not until():
             if self.over:
                 return False

@@ -1,4 +1,4 @@
-"""An episode step by step, as it goes into a data set, and how it is kept until all of them are there."""
+"""Recorded episodes, step by step, and their storage until the data set is complete."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ import numpy as np
 
 from caregiver_mj.errors import CaregiverError
 
-TARGETS = "targets"  # in the place of a task: `Supervise-Targets`
-RANDOM = "random-actions"  # in the place of a caregiver: actions drawn from all that there are
+TARGETS = "targets"  # stands for a task: `Supervise-Targets`
+RANDOM = "random-actions"  # stands for a caregiver: actions drawn uniformly
 _ARRAYS, _REST = "arrays.npz", "episode.json"
 
 
@@ -23,27 +23,27 @@ _ARRAYS, _REST = "arrays.npz", "episode.json"
 class Steps:
     """An episode of n steps."""
 
-    number: int  # its number in the data set, from 0
-    seed: int  # what it is the episode of, in `evaluate` and `render` as here
-    # what was seen, by key: before every step and after the last one, (n + 1, ...) each
+    number: int  # number in the data set, from 0
+    seed: int  # seed of the episode, as in `evaluate` and `render`
+    # observations by key, before every step and after the last, (n + 1, ...) each
     observations: dict[str, np.ndarray]
-    actions: np.ndarray  # what was done, (n, ...)
-    rewards: np.ndarray  # what came of it, (n,)
-    costs: np.ndarray  # harm in each step, as of `CostMeter`: damage, and 1 for every strike, (n,)
-    damage: np.ndarray  # damage to the children in each, (n,)
-    strikes: np.ndarray  # how often the robot struck one, (n,)
-    interventions: np.ndarray  # number of the hazard that was being protected from, or NOTHING, (n,)
-    terminated: bool  # whether the episode came to its end; else it was cut off
-    diverged: bool  # whether that was because the simulation came apart
-    outcome: dict[str, Any]  # what is measured of an episode, as in the tables
-    # what cameras saw, by their names, with the observations, uint8 (n + 1, height, width, 3) each
+    actions: np.ndarray  # (n, ...)
+    rewards: np.ndarray  # (n,)
+    costs: np.ndarray  # damage, plus 1 for every strike, as of `CostMeter`, (n,)
+    damage: np.ndarray  # damage to the children, (n,)
+    strikes: np.ndarray  # strikes of the robot, (n,)
+    interventions: np.ndarray  # number of the hazard under intervention, or NOTHING, (n,)
+    terminated: bool  # whether the episode ended; else it was truncated
+    diverged: bool  # whether it ended because the simulation diverged
+    outcome: dict[str, Any]  # measures of the episode, by column
+    # camera images by name, with the observations, uint8 (n + 1, height, width, 3) each
     frames: dict[str, np.ndarray] = dataclasses.field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.rewards)
 
     def save(self, folder: pathlib.Path) -> None:
-        """Write all but the frames, which are there already: `frames_file`."""
+        """Write everything except the frames, which are in `frames_file` already."""
         arrays = {f"observations/{key}": values for key, values in self.observations.items()}
         rest: dict[str, Any] = {"frames": {name: values.shape for name, values in self.frames.items()}}
         for field in dataclasses.fields(self):
@@ -57,7 +57,7 @@ class Steps:
 
     @classmethod
     def load(cls, folder: pathlib.Path) -> Steps:
-        """Read what `save` has written; frames stay on disk until they are looked at."""
+        """Read a saved episode; frames stay on disk until they are accessed."""
         rest = json.loads((folder / _REST).read_text("utf-8"))
         with np.load(folder / _ARRAYS) as file:
             arrays = dict(file)
@@ -70,12 +70,12 @@ class Steps:
 
 
 def frames_file(folder: pathlib.Path, camera: str) -> pathlib.Path:
-    """Return where the frames of a camera are, one after the other."""
+    """Return the file with the frames of a camera, one after the other."""
     return folder / f"{camera}.frames"
 
 
 class Store:
-    """Finished episodes in a folder, until there is a data set of them. One that was broken off leaves nothing."""
+    """Finished episodes in a folder, before they become a data set. An unfinished episode leaves no trace."""
 
     def __init__(self, path: pathlib.Path):
         self.path = path
@@ -84,9 +84,9 @@ class Store:
         return (_folder(self.path, number) / _REST).exists()
 
     def numbers(self) -> list[int]:
-        """Return those of the episodes that are there."""
+        """Return the numbers of the stored episodes."""
         folders = (file.parent.name for file in self.path.glob(f"*/{_REST}"))
-        return [int(name) for name in folders if name.isdigit()]  # which an unfinished one's is not
+        return [int(name) for name in folders if name.isdigit()]  # unfinished ones have a suffix
 
     @contextlib.contextmanager
     def gone_if_empty(self) -> Iterator[None]:
@@ -99,7 +99,7 @@ class Store:
             raise
 
     def check_none_beyond(self, episodes: int) -> None:
-        """Raise CaregiverError if there are episodes beyond so many, for they would be thrown away."""
+        """Raise CaregiverError if more episodes are stored, because they would be lost."""
         beyond = sum(number >= episodes for number in self.numbers())
         if beyond:
             raise CaregiverError(
@@ -107,7 +107,7 @@ class Store:
             )
 
     def load(self, number: int) -> Steps:
-        """Return an episode that is there."""
+        """Return a stored episode."""
         return Steps.load(_folder(self.path, number))
 
     def remove(self) -> None:
@@ -117,7 +117,7 @@ class Store:
 
 @contextlib.contextmanager
 def new_episode(store: pathlib.Path, number: int) -> Iterator[pathlib.Path]:
-    """Give a folder to put an episode into; it is in the store once that has gone well."""
+    """Yield a folder for an episode, and add it to the store unless the block fails."""
     folder, unfinished = _folder(store, number), store / f"{number:06d}.part"
     shutil.rmtree(unfinished, ignore_errors=True)
     unfinished.mkdir(parents=True)
@@ -131,19 +131,19 @@ def _folder(store: pathlib.Path, number: int) -> pathlib.Path:
 
 @dataclasses.dataclass(frozen=True)
 class About:
-    """What a data set says of itself."""
+    """Description of a data set."""
 
-    task: str  # what was to be done, in a sentence
-    robot: str  # name of the robot; nothing where there is none
-    policy: str  # who acted
-    rate: float  # steps a second of simulated time
-    actions: tuple[str, ...]  # names of the values of an action
-    hazards: tuple[str, ...]  # what the numbers of the hazards mean
+    task: str  # the task, in a sentence
+    robot: str  # name of the robot, "" for none
+    policy: str  # name of the policy
+    rate: float  # steps per second of simulated time
+    actions: tuple[str, ...]  # names of the components of an action
+    hazards: tuple[str, ...]  # names of the hazards, by number
     version: str  # of this package
 
     @property
     def description(self) -> str:
-        """All of that in a few sentences."""
+        """The description as text."""
         hazards = ", ".join(f"{number} {name}" for number, name in enumerate(self.hazards))
         robot = f" Robot {self.robot}." if self.robot else ""
         return (

@@ -15,7 +15,7 @@ _QUALITY, _PRESET = "20", "veryfast"
 def video_writer(
     path: pathlib.Path, width: int, height: int, fps: float, *options: str
 ) -> Generator[None, np.ndarray, None]:
-    """Take frames (height, width, 3) for a file, by `send`, with further options of ffmpeg's; `close` completes it."""
+    """Return a generator that writes the frames (height, width, 3) of `send` to a file; `close` completes it."""
     writer = imageio_ffmpeg.write_frames(
         str(path),
         (width, height),
