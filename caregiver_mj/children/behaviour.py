@@ -1,4 +1,4 @@
-"""Who decides the moves of a child: what a behaviour is asked, and the behaviours by name."""
+"""The base class of children's behaviours."""
 
 from __future__ import annotations
 
@@ -23,26 +23,26 @@ _OWN = __name__.partition(".")[0]
 
 @dataclasses.dataclass(frozen=True)
 class ChildPercept:
-    """What one child each of B families knows when it chooses its move."""
+    """Observation of a child in B episodes, when it chooses its move."""
 
     cell: np.ndarray  #: index of its free cell, (B,)
-    goal: np.ndarray  #: index of the toy bin that it is to go to, (B,)
-    caregiver_cell: np.ndarray  #: the caregiver's cell, (B,), or NOTHING where there is none
-    bumped: np.ndarray  #: whether its last move left it where it was, (B,); not if it meant to stay there
+    goal: np.ndarray  #: index of its toy bin, (B,)
+    caregiver_cell: np.ndarray  #: the caregiver's cell, or NOTHING without one, (B,)
+    bumped: np.ndarray  #: whether its last move left it in its cell, unless it chose to stay, (B,)
 
     def of(self, share: slice) -> ChildPercept:
-        """Return that of a part of the batch."""
+        """Return the percept of a part of the batch."""
         return ChildPercept(self.cell[share], self.goal[share], self.caregiver_cell[share], self.bumped[share])
 
 
 class Behaviour(abc.ABC):
-    """Decides the moves of one child, for a batch of families at once.
+    """Chooses the moves of one child, in a batch of episodes.
 
-    All its chance comes from the draws that it is given, so that an episode is the same whatever runs beside it.
+    All its randomness comes from the given draws, so that an episode does not depend on its batch.
     """
 
     def __init_subclass__(cls, **options: Any) -> None:
-        """Have the answers of a class of another package looked at, whatever world asks for them."""
+        """Add checks to the methods of a class of another package."""
         super().__init_subclass__(**options)
         for name in ("act", "epsilons", "reconsider", "next_bin"):
             method = cls.__dict__.get(name)
@@ -50,7 +50,7 @@ class Behaviour(abc.ABC):
                 setattr(cls, name, _checked(name, method))
 
     def __init__(self, plan: FloorPlan, epsilon: float):
-        """Prepare a behaviour for a house, with a share of moves that are random.
+        """Prepare a behaviour for a house, with a share of random moves.
 
         Raises:
             CaregiverError: Epsilon is not in [0, 1].
@@ -66,37 +66,37 @@ class Behaviour(abc.ABC):
         """Choose the moves.
 
         Args:
-            sight: What the children know.
-            draws: Uniform draws, (B, 3): the first two are for the move, the last one for the next bin.
+            sight: The observations.
+            draws: Uniform draws, (B, 3): the first two for the move, the last for the next bin.
 
         Returns:
-            Indices into `ACTIONS`, (B,), or NOTHING for a child that stays where it is.
+            Indices into `ACTIONS`, or NOTHING to stay, (B,).
         """
 
     def epsilons(self, batch: int) -> np.ndarray:
-        """Return the share of random moves in each of B episodes, (B,): that of the next move, if it changes."""
+        """Return the share of random moves, (B,); if it changes, that of the next move."""
         return np.full(batch, self.epsilon)
 
     def reconsider(self, goal: np.ndarray, draw: np.ndarray) -> np.ndarray:
-        """Return the bins to go to now, by those they were going to and uniform draws for the next one, (B,) all.
+        """Return the toy bins to go to now, given the present ones and uniform draws for the next, (B,) each.
 
-        It is asked before every move: a child may want another one before it arrives.
+        Called before every move: a child may change its goal before it arrives.
         """
         return goal
 
     def next_bin(self, draw: np.ndarray) -> np.ndarray:
-        """Return bins to go to next (B,), uniform over all bins, from uniform draws (B,)."""
+        """Return the next toy bins, (B,), from uniform draws, (B,); uniform over all bins."""
         return pick(draw, len(self.plan.bins))
 
 
 def _checked(name: str, method: Callable[..., Any]) -> Callable[..., np.ndarray]:
-    """The method of a behaviour that raises CaregiverError unless it answers with moves, bins or shares, (B,)."""
+    """Wrap a method of a behaviour so that it raises CaregiverError unless it returns moves, bins or shares, (B,)."""
 
     @functools.wraps(method)
     def checked(self: Behaviour, *given: Any, **named: Any) -> np.ndarray:
         answer, (asked, *_) = np.asarray(method(self, *given, **named)), (*given, *named.values())
         batch = asked if name == "epsilons" else len(asked.cell if name == "act" else asked)
-        bins = "iu", 0, len(self.plan.bins) - 1  # kinds of NumPy, and from where to where
+        bins = "iu", 0, len(self.plan.bins) - 1  # dtype kinds, least and greatest value
         kinds, low, most = {"act": ("iu", NOTHING, len(ACTIONS) - 1), "epsilons": ("iuf", 0, 1)}.get(name, bins)
         fits = answer.shape == (batch,) and answer.dtype.kind in kinds
         wrong = answer[~((answer >= low) & (answer <= most))] if fits else answer  # also NaN
@@ -112,7 +112,7 @@ def _checked(name: str, method: Callable[..., Any]) -> Callable[..., np.ndarray]
 
 
 def check_epsilon(epsilon: float) -> float:
-    """Return epsilon, or raises CaregiverError unless it lies in [0, 1]."""
-    if not isinstance(epsilon, numbers.Real) or not 0.0 <= epsilon <= 1.0:  # also refuses NaN
+    """Return epsilon as a float; raise CaregiverError unless it is in [0, 1]."""
+    if not isinstance(epsilon, numbers.Real) or not 0.0 <= epsilon <= 1.0:  # also rejects NaN
         raise CaregiverError(f"epsilon must be in [0, 1], got {epsilon!r}")
     return float(epsilon)

@@ -1,4 +1,4 @@
-"""Children that change in the middle of an episode: their epsilon does, or their toys are carried elsewhere."""
+"""Children that change during an episode: their epsilon changes, or their toys move."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from caregiver_mj.children.novice import Novice
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS, pick
 from caregiver_mj.plans.floor_plan import FloorPlan
 
-DRIFT = 0.35  # by how much epsilon differs, at the ends of an episode, from its mean: 0.05 to 0.75 around 0.4
-STRIDE = 0.03  # of the walk of epsilon in a timestep; in an episode that would be 0.03 sqrt(200) = 0.42, were it free
-_DIGITS = 2**20  # a draw times this has a fraction that is uniform too, and that tells nothing of the next bin
-SWITCH = EPISODE_TIMESTEPS // 2  # the timestep before which the toys are carried, counted from 0
+DRIFT = 0.35  # difference of epsilon at the ends of an episode from its mean: 0.05 to 0.75 around 0.4
+STRIDE = 0.03  # step of epsilon's random walk per timestep; unbounded, 0.03 sqrt(200) = 0.42 in an episode
+_DIGITS = 2**20  # the fraction of a draw times this is uniform and practically independent of the next bin
+SWITCH = EPISODE_TIMESTEPS // 2  # timestep, from 0, before which the toys move
 
 
 class _Timed(Novice):
@@ -26,11 +26,10 @@ class _Timed(Novice):
 
 
 class Drifter(_Timed):
-    """A novice that grows careless: a child that tires.
+    """A novice that becomes careless, like a tiring child.
 
-    In every timestep its epsilon is higher by as much, from one end of its range to the other, and stays there after an
-    episode's length. The epsilon by which it is called is the mean: the range is as wide on either side of that, and
-    `DRIFT` at most.
+    Its epsilon rises linearly over an episode, and stays constant afterwards. The given epsilon is the mean of the
+    range, which extends by at most `DRIFT` to either side.
     """
 
     def __init__(self, plan: FloorPlan, epsilon: float):
@@ -44,10 +43,10 @@ class Drifter(_Timed):
 
 
 class Waverer(Novice):
-    """A novice whose epsilon goes up and down at random: now careful, now careless.
+    """A novice whose epsilon is a random walk.
 
-    It begins with the epsilon by which it is called. After every move that is higher or lower by `STRIDE`, with equal
-    probability; what would be below 0 or above 1 is reflected there.
+    It begins with the given epsilon, and changes by `STRIDE` up or down after every move, with equal probability,
+    reflected at 0 and 1.
     """
 
     def __init__(self, plan: FloorPlan, epsilon: float):
@@ -69,12 +68,10 @@ class Waverer(Novice):
 
 
 class Switcher(_Timed):
-    """A novice that wants to the bins with toys in them: to one half of the bins at first, then to the other half.
+    """A novice that goes to one half of the toy bins at first, then to the other half.
 
-    The bins of a house stay where they are, for they are part of its walls to robot and child. What moves is what the
-    child wants of them: before timestep `SWITCH` somebody carries all toys from the first half of the bins, in the
-    order of the plan, to the others. The child sees that, and turns round on its way. A house with one bin has all toys
-    in that one.
+    Before timestep `SWITCH` all toys move from the first half of the bins, in the order of the plan, to the others. The
+    child notices at once, and turns round on its way. In a house with one bin nothing changes.
     """
 
     def __init__(self, plan: FloorPlan, epsilon: float):
@@ -92,6 +89,6 @@ class Switcher(_Timed):
 
     @property
     def _with_toys(self) -> tuple[int, int]:
-        """The first bin with toys in it, and how many such there are."""
+        """The first bin with toys, and the number of bins with toys."""
         others = len(self.plan.bins) - self._half
         return (0, self._half) if self._timestep < SWITCH or not others else (self._half, others)

@@ -1,4 +1,4 @@
-"""The explorer: a child that does not know the house; the paper says "the rest of the environment is unknown"."""
+"""The explorer: a child that does not know the house (paper: "the rest of the environment is unknown")."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from caregiver_mj.plans.cell_graph import ACTIONS, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
-_FAR = np.iinfo(np.int16).max  # where no way leads that it knows of
+_FAR = np.iinfo(np.int16).max  # distance without a known way
 
 
 class Explorer(Novice):
-    """Goes the shortest way to its bin through a house of which it knows nothing but what it has bumped into.
+    """Goes the shortest way to its bin through a house of which it knows only the obstacles that it has bumped into.
 
-    It knows where it is, where its bin is and how large the house is, and takes every cell for free until it runs into
-    what stands there; that it remembers to the end of the episode, stairs down which it fell like walls. A caregiver in
-    its way teaches it nothing. A share epsilon of its moves is random, as the novice's.
+    It knows its place, that of its bin and the size of the house, and assumes that all other cells are free. It
+    remembers obstacles, stairs included, to the end of the episode, but not a caregiver in its way. A share epsilon of
+    its moves is random, like the novice's.
     """
 
     def __init__(self, plan: FloorPlan, epsilon: float):
@@ -29,9 +29,9 @@ class Explorer(Novice):
 
     def reset(self, batch: int) -> None:
         shape = (batch, *self.plan.shape)
-        self._closed = np.zeros(shape, bool)  # what it has bumped into
-        self._distance = np.full(shape, _FAR, np.int16)  # moves to its bin, as it believes
-        self._planned = np.full(batch, NOTHING)  # the bin that these are to; NOTHING if they have to be found anew
+        self._closed = np.zeros(shape, bool)  # cells that it has bumped into
+        self._distance = np.full(shape, _FAR, np.int16)  # believed moves to its bin
+        self._planned = np.full(batch, NOTHING)  # the bin of these distances; NOTHING if outdated
 
     def act(self, sight: ChildPercept, draws: np.ndarray) -> np.ndarray:
         action = super().act(sight, draws)
@@ -47,10 +47,10 @@ class Explorer(Novice):
         (down, right) = np.array(ACTIONS).T
         there = self._distance[worlds[:, None], rows[:, None] + down, columns[:, None] + right]  # (B, 4)
         closer = there < self._distance[worlds, rows, columns][:, None]
-        return closer.sum(axis=1), (~closer).argsort(axis=1, kind="stable")  # those that lead closer come first
+        return closer.sum(axis=1), (~closer).argsort(axis=1, kind="stable")  # moves that lead closer come first
 
     def _learn(self, sight: ChildPercept, action: np.ndarray) -> None:
-        """Remember what the move that it makes now leads into; it will know when it makes the next one."""
+        """Remember the obstacle of the present move, for the next move."""
         target, index = self._target[sight.cell, action], self._index[sight.cell, action]
         guarded = (target == Target.STAIRWELL) & (len(self._free) + index == sight.caregiver_cell)
         worlds = np.flatnonzero((target != Target.FREE) & ~guarded)
@@ -61,7 +61,7 @@ class Explorer(Novice):
 
     @staticmethod
     def _distances(closed: np.ndarray, goal: np.ndarray) -> np.ndarray:
-        """Moves to a cell of each house, (n, 2), which may be closed itself, round closed ones: (n, rows, columns)."""
+        """Return the moves to a goal cell of each house, (n, 2), round closed cells, (n, rows, columns)."""
         distance = np.full(closed.shape, _FAR, np.int16)
         front = np.zeros(closed.shape, bool)
         front[np.arange(len(goal)), *goal.T] = True

@@ -1,4 +1,4 @@
-"""The novice: an epsilon-greedy toddler on its way from toy bin to toy bin; and what experts do, who never stray."""
+"""The novice, an epsilon-greedy toddler on its way from toy bin to toy bin, and experts, who never stray."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.cell_graph import ACTIONS, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 
-EXPERT_TIMESTEPS = 1000  # moves in all trajectories together (paper, section V.C)
+EXPERT_TIMESTEPS = 1000  # moves of all trajectories together (paper, section V.C)
 
 
 class Novice(Behaviour):
@@ -32,11 +32,11 @@ class Novice(Behaviour):
         return np.where(at_random, pick(draws[:, 1], len(ACTIONS)), greedy)
 
     def ways(self, sight: ChildPercept) -> tuple[np.ndarray, np.ndarray]:
-        """Return how many moves there are to draw from if none is random, (B,), and which, (B, 4), padded anyhow."""
+        """Return the number of moves to draw from without randomness, (B,), and the moves, (B, 4), padded."""
         return self._greedy_count[sight.cell, sight.goal], self._greedy_actions[sight.cell, sight.goal]
 
     def action_probabilities(self) -> np.ndarray:
-        """Return how probable each move is, (free cells, bins, 4); the last dimension sums to 1."""
+        """Return the probability of each move, (free cells, bins, 4); the last dimension sums to 1."""
         cells, bins = self._greedy_count.shape
         greedy = np.zeros((cells, bins, len(ACTIONS)))
         for number in range(len(ACTIONS)):
@@ -46,7 +46,7 @@ class Novice(Behaviour):
 
 
 class Expert(Novice):
-    """A novice that makes no random move, whatever its epsilon: the paper's expert (section V.C)."""
+    """A novice without random moves: the paper's expert (section V.C)."""
 
     def __init__(self, plan: FloorPlan, epsilon: float = 0.0):
         super().__init__(plan, epsilon)
@@ -56,8 +56,12 @@ class Expert(Novice):
 def shortest_path_actions(plan: FloorPlan, distance: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Return the first moves of all shortest paths from every cell to every bin.
 
-    That is how many there are, (free cells, bins), and which, (free cells, bins, 4), padded with zeros. The distance is
-    that to every bin, (free cells, bins), where it is not `CellGraph.bin_distances`.
+    Args:
+        plan: The house.
+        distance: Distance to every bin, (free cells, bins); `CellGraph.bin_distances` by default.
+
+    Returns:
+        The number of such moves, (free cells, bins), and the moves, (free cells, bins, 4), padded with zeros.
     """
     next_cell, target, index = plan.graph.moves
     distance = plan.graph.bin_distances if distance is None else distance
@@ -78,8 +82,8 @@ def expert_trajectories(
 ) -> list[list[tuple[int, int]]]:
     """Return shortest collision-free routes from random cells to random toy bins (paper, section V.C).
 
-    They are lists of (free cell index, action index), whose last action reaches into the bin. After so many timesteps,
-    moves in all of them together, the last one is cut off.
+    They are lists of (free cell index, action index), whose last action reaches into the bin. The last route is cut off
+    when all together have `timesteps` moves.
     """
     if timesteps < 0:
         raise CaregiverError(f"timesteps of experts must be at least 0, got {timesteps}")

@@ -1,4 +1,4 @@
-"""All the chance in a child's episode, drawn beforehand: common random numbers."""
+"""Random streams: all draws of a child's episode, made beforehand (common random numbers)."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from caregiver_mj.errors import LARGEST_SEED, check_integer
 
 EPISODE_TIMESTEPS = 200  # novice timesteps an episode (paper, section V.B)
 
-Random: TypeAlias = "np.random.RandomState | np.random.Generator | int | None"  # a source of randomness, or its seed
+Random: TypeAlias = "np.random.RandomState | np.random.Generator | int | None"  # source of randomness, or its seed
 
 
 def random_state(random: Random) -> np.random.RandomState:
-    """Return a source of randomness as a `RandomState`; that of a `Generator` draws from the same stream as it.
+    """Return a source of randomness as a `RandomState`; a `Generator` shares its bit stream with the result.
 
     Raises:
-        CaregiverError: It is neither of these, nor an integer seed, Python's or NumPy's, nor None for a fresh one.
+        CaregiverError: `random` is none of these, nor an integer seed, nor None for a fresh one.
     """
     if isinstance(random, np.random.RandomState):
         return random
@@ -33,19 +33,18 @@ def random_state(random: Random) -> np.random.RandomState:
 class RandomStream:
     """The uniform draws of one child in one episode.
 
-    Because they do not depend on what happens, the same stream gives the same child alone and with any caregiver, in
-    the grid and in the house.
+    They are independent of events, so the same stream gives the same child alone and with any caregiver, in the grid
+    and in the house.
     """
 
-    start: np.ndarray  #: for the start cells of child and caregiver, then the first bin: (3,)
-    #: for every timestep, whether the move is random, which move it is, and which bin is next if one is reached:
-    #: (timesteps, 3)
+    start: np.ndarray  #: draws for the start cells of child and caregiver, and for the first bin, (3,)
+    #: draws of every timestep: whether the move is random, the move, and the next bin, (timesteps, 3)
     steps: np.ndarray
-    caregiver_seed: int = 0  #: seed of this episode for a caregiver that draws lots
+    caregiver_seed: int = 0  #: seed of this episode for a random caregiver
 
     @classmethod
     def draw(cls, random: Random, timesteps: int = EPISODE_TIMESTEPS) -> RandomStream:
-        """Draw the stream of an only child.
+        """Draw the stream of a single child.
 
         Raises:
             CaregiverError: As of `random_state`.
@@ -56,7 +55,7 @@ class RandomStream:
 
     @classmethod
     def draw_group(cls, random: Random, children: int, timesteps: int = EPISODE_TIMESTEPS) -> tuple[RandomStream, ...]:
-        """Draw the streams of several children. The first one is that of an only child, whoever else there is."""
+        """Draw the streams of a child group; the first is independent of the number of children."""
         first = cls.draw(random, timesteps)
         others = (np.random.SeedSequence([first.caregiver_seed, child]) for child in range(1, children))
         draw = (cls.draw(np.random.RandomState(np.random.MT19937(seed)), timesteps) for seed in others)
@@ -64,15 +63,15 @@ class RandomStream:
 
 
 def pick(draw: np.ndarray | np.float64, count: np.ndarray | int) -> np.ndarray:
-    """Return uniform choices out of `count` from uniform draws in [0, 1)."""
+    """Return uniform integers below `count` from uniform draws in [0, 1)."""
     return (draw * count).astype(int)
 
 
 def start_cells(free_cells: int, landings: int, draws: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return where children and caregiver are at first: each uniform over the free cells that are left.
+    """Return the start cells of children, (B, K), and caregiver, (B,): uniform over the remaining free cells.
 
-    These are free cells (B, children) and caregiver cells (B,), by the start draws of every child, (B, children, 3).
-    Where no free cell is left, a child shares the first one, and the caregiver starts on the last landing, if any.
+    `draws` are the start draws of every child, (B, K, 3). If no free cell remains, a child shares the first one, and
+    the caregiver starts on the last landing, if any.
     """
     taken: list[np.ndarray] = []
     for child in range(draws.shape[1]):
@@ -82,10 +81,10 @@ def start_cells(free_cells: int, landings: int, draws: np.ndarray) -> tuple[np.n
 
 
 def _another(draw: np.ndarray, cells: int, taken: list[np.ndarray], otherwise: int) -> np.ndarray:
-    """Uniform choices (B,) among the cells that are not taken yet."""
+    """Return uniform choices (B,) among the cells that are not taken."""
     if cells <= len(taken):
         return np.full(len(draw), otherwise)
     cell = pick(draw, cells - len(taken))
-    for other in np.sort(np.array(taken), axis=0):  # the lowest one first, so that each moves those above it up
+    for other in np.sort(np.array(taken), axis=0):  # ascending, so that each skips a taken cell
         cell = cell + (cell >= other)
     return cell

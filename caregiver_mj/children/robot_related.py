@@ -1,4 +1,4 @@
-"""Children that mind the caregiver: they seek it, avoid it, or head for the robot whatever is in between."""
+"""Children that react to the caregiver: they seek it, avoid it, or run into it."""
 
 from __future__ import annotations
 
@@ -12,10 +12,7 @@ from caregiver_mj.plans.hazards import NOTHING
 
 
 class Seeker(Novice):
-    """Goes to the caregiver, but for a share epsilon of its moves, which are random.
-
-    Without a caregiver it is a novice.
-    """
+    """Goes to the caregiver, except for a share epsilon of random moves; a novice without a caregiver."""
 
     def __init__(self, plan: FloorPlan, epsilon: float):
         super().__init__(plan, epsilon)
@@ -27,9 +24,9 @@ class Seeker(Novice):
 
 
 class Avoider(Novice):
-    """A novice to whose eyes the cell in which the caregiver stands is closed.
+    """A novice that treats the caregiver's cell as closed.
 
-    Where that leaves no way to its bin it takes the shortest one there is, and runs into the caregiver if that stays.
+    If that leaves no way to its bin, it takes the shortest way, and runs into the caregiver if that stays.
     """
 
     def __init__(self, plan: FloorPlan, epsilon: float):
@@ -39,7 +36,7 @@ class Avoider(Novice):
     def ways(self, sight: ChildPercept) -> tuple[np.ndarray, np.ndarray]:
         count, actions = super().ways(sight)
         for cell in np.unique(sight.caregiver_cell).tolist():
-            if 0 <= cell < len(self.plan.free_cells):  # on a landing it is in no way to a toy
+            if 0 <= cell < len(self.plan.free_cells):  # a landing is on no way to a toy
                 which = np.flatnonzero(sight.caregiver_cell == cell)
                 if cell not in self._round:
                     self._round[cell] = self._ways_round(cell)
@@ -50,23 +47,20 @@ class Avoider(Novice):
 
     def _ways_round(self, cell: int) -> tuple[np.ndarray, np.ndarray]:
         graph, cells = self.plan.graph, len(self.plan.free_cells)
-        landings = range(cells, len(self.plan.caregiver_cells))  # no way through for a child
+        landings = range(cells, len(self.plan.caregiver_cells))  # a child cannot cross them
         distance = graph.distances_from(graph.beside(self.plan.bins), [cell, *landings])[:, :cells].T.astype(int) + 1
         count, actions = shortest_path_actions(self.plan, distance)
         none = distance > UNREACHABLE
         count[none], actions[none] = self._greedy_count[none], self._greedy_actions[none]
-        return count.astype(np.int8), actions.astype(np.int8)  # there may be many of them
+        return count.astype(np.int8), actions.astype(np.int8)  # to save memory
 
 
 class Adversary(Behaviour):
-    """Takes the first move of a shortest way to the cell in which the caregiver stands, and into it.
-
-    Without a caregiver it goes north for ever.
-    """
+    """Takes the shortest way to the caregiver and runs into it; without a caregiver it goes north for ever."""
 
     def __init__(self, plan: FloorPlan, epsilon: float):
         super().__init__(plan, epsilon)
-        self._known: dict[int, np.ndarray] = {}  # by goal, what `towards` says
+        self._known: dict[int, np.ndarray] = {}  # results of `towards`, by goal
 
     def act(self, sight: ChildPercept, draws: np.ndarray) -> np.ndarray:
         goals = np.unique(sight.caregiver_cell)
@@ -78,10 +72,10 @@ class Adversary(Behaviour):
         return np.array([self._known.get(goal, none)[cell] for cell, goal in pairs])
 
     def towards(self, goal: int) -> np.ndarray:
-        """Return the move that it makes in every free cell if the caregiver is in a cell, (free cells,)."""
+        """Return its move in every free cell for a caregiver's cell, (free cells,)."""
         plan = self.plan
         distance = plan.graph.distances_from([goal])[0].astype(float)
-        distance[len(plan.free_cells) :] = np.inf  # it knows stairs, ...
-        distance[goal] = 0.0  # ... but goes there too if the robot does
-        distance = np.append(distance, np.inf)  # what index -1 means: no cell
+        distance[len(plan.free_cells) :] = np.inf  # it avoids stairs, ...
+        distance[goal] = 0.0  # ... unless the robot is there
+        distance = np.append(distance, np.inf)  # index -1: no cell
         return distance[plan.graph.around[: len(plan.free_cells)]].argmin(axis=1)

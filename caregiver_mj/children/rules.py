@@ -1,4 +1,4 @@
-"""What a child's move meets, and what is denied it: the rules of both worlds, for one child or for a batch."""
+"""Rules of children's moves in both worlds, for one child or for a batch."""
 
 from __future__ import annotations
 
@@ -10,47 +10,47 @@ from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
-DENIED = Target.STAIRWELL, Target.FREE  # what somebody who stands there can deny a child
+DENIED = Target.STAIRWELL, Target.FREE  # targets that a caregiver can block by standing there
 
 
 class Way(NamedTuple):
-    """What moves lead to, (...) each."""
+    """The targets of moves, (...) each."""
 
-    next_cell: np.ndarray  # free cell after it if nobody is in the way; that before it for a bump, or no move
-    target: np.ndarray  # the `Target` that it meets, or NOTHING for a child that stays where it is
-    number: np.ndarray  # the number of that among stairwells, tables or bins, or NOTHING
-    entered: np.ndarray  # the caregiver's cell that it would enter, or NOTHING
+    next_cell: np.ndarray  # free cell after the move if nobody is in the way; the present one for a bump, or no move
+    target: np.ndarray  # the `Target`, or NOTHING for no move
+    number: np.ndarray  # number of the target among stairwells, tables or bins, or NOTHING
+    entered: np.ndarray  # caregiver cell to enter, or NOTHING
 
     def waits(self, others: np.ndarray) -> np.ndarray:
-        """Return whether a child waits, as another one is in its way, by the free cells of the others, (..., n)."""
+        """Return whether a child waits because another is in its way, given the others' free cells, (..., n)."""
         return (self.target == Target.FREE) & (self.next_cell[..., None] == others).any(axis=-1)
 
     def meets(self, caregiver_cell: np.ndarray | int) -> np.ndarray:
-        """Return whether the caregiver is in the way; its cell is NOTHING where there is none."""
+        """Return whether the caregiver is in the way; its cell is NOTHING without one."""
         return (self.entered == caregiver_cell) & (self.entered != NOTHING)
 
     def reaches(self, goal: np.ndarray | int) -> np.ndarray:
-        """Return whether it is into the toy bin of that number."""
+        """Return whether the move reaches the toy bin with this number."""
         return (self.target == Target.BIN) & (self.number == goal)
 
 
 class MoveRules:
-    """The moves of the children of one house."""
+    """The moves of children in a house."""
 
     def __init__(self, plan: FloorPlan):
         self._moves, self._free = plan.graph.moves, len(plan.free_cells)
 
     def way(self, cell: np.ndarray | int, action: np.ndarray | int) -> Way:
-        """Return what moves lead to, by indices into `ACTIONS` or NOTHING, from free cells, (...) both."""
+        """Return the targets of moves, indices into `ACTIONS` or NOTHING, from free cells, (...) each."""
         stays = np.equal(action, NOTHING)
         next_cell, target, index = (table[cell, action] for table in self._moves)
         next_cell, target = np.where(stays, cell, next_cell), np.where(stays, NOTHING, target)
-        # A stairwell's landing is the cell after the free ones; that behind a gate is none of the caregiver's.
+        # Landings follow the free cells; the cell behind a gate is no caregiver cell.
         stairwell = np.where(target == Target.STAIRWELL, self._free + index, NOTHING)
         entered = np.where(target == Target.FREE, next_cell, stairwell)
         return Way(next_cell, target, np.where(stays, NOTHING, index), entered)
 
 
 def denied(target: np.ndarray | int, blocked: np.ndarray | bool) -> np.ndarray:
-    """Return what children are denied, bool (..., `DENIED`), by what their moves met and whether they were blocked."""
+    """Return whether each of `DENIED` was denied, bool (..., 2), given targets and whether moves were blocked."""
     return np.stack([np.asarray(blocked & (target == one)) for one in DENIED], axis=-1)

@@ -1,6 +1,6 @@
-"""The toddler: a child that walks as toddlers have been measured to, in short bouts with stops between them.
+"""The toddler: a child that walks in short bouts with stops between them, calibrated to measurements.
 
-What is taken from measurements at free play, all of which could be read in the sources' abstracts or introductions:
+Measurements at free play, from the sources' abstracts or introductions:
 
 - Half of the walking bouts of 13-month-olds and 41 % of those of 19-month-olds have three steps or fewer. The
   probability to go on is otherwise independent of how long the bout has been; only 13-month-olds stop more often in its
@@ -13,8 +13,8 @@ What is taken from measurements at free play, all of which could be read in the 
   go", Child Development 91); most other bouts are curved, with steps in all directions ("The cost of simplifying
   complex developmental phenomena: a new perspective on learning to walk", PMC5911424).
 
-What could not be read, for the full texts were out of reach, and is a choice: that a longer bout of a 13-month-old goes
-on as one of a 19-month-old does, that pauses are geometric, and that a bout without a goal turns at random.
+Assumptions, because the full texts were not available: a longer bout of a 13-month-old continues like one of a
+19-month-old, pauses are geometric, and a bout without a goal turns at random.
 """
 
 from __future__ import annotations
@@ -38,17 +38,18 @@ METRES_AN_HOUR = 7.7 * 91.44  # a football field has 100 yards
 STEP_LENGTH = METRES_AN_HOUR / STEPS_AN_HOUR  # 0.297 m
 SHARE_OF_TIME_WALKING = METRES_AN_HOUR / 3600.0 / WALKING_SPEED  # 0.44, at the paper's speed of 1.6 km/h
 
-# Probability to stop after a step: one of the first three, and a later one.
+# Probability of stopping after one of the first three steps, and after a later one.
 STOP_EARLY = 1.0 - (1.0 - SHARE_OF_SHORT_BOUTS) ** (1.0 / SHORT_BOUT)  # 0.21
 STOP_LATER = 1.0 - (1.0 - SHARE_OF_SHORT_BOUTS_AT_19_MONTHS) ** (1.0 / SHORT_BOUT)  # 0.16
 
 
 class Toddler(Novice):
-    """Walks in bouts and stops between them.
+    """Walks in bouts with stops between them.
 
-    A bout leads through as many cells as its steps are long, on average: a cell of 0.75 m takes two and a half of them,
-    and one bout in six stays within its cell. With probability epsilon a bout has no goal, and its moves are random;
-    else they lead on a shortest path to the bin. Most bouts of a toddler have none: its epsilon is above 0.5.
+    The number of cells of a bout follows from the length of its steps, on average: a cell of 0.75 m takes two and a
+    half steps, and one bout in six stays within its cell. With probability epsilon a bout has no goal, and its moves
+    are random; else they follow a shortest path to the bin. Most bouts of real toddlers have no goal: epsilon is above
+    0.5.
     """
 
     def __init__(self, plan: FloorPlan, epsilon: float):
@@ -68,7 +69,7 @@ class Toddler(Novice):
         count, actions = self.ways(sight)
         greedy = actions[np.arange(len(count)), pick(draws[:, 1], count)]
         action = np.where(self._has_goal, greedy, pick(draws[:, 1], len(ACTIONS)))
-        # A child that rests reaches no bin, so all three draws are free to say how it goes on in the next timestep.
+        # A resting child reaches no bin, so all three draws are available for the next bout.
         sets_out = rests & (draws[:, 0] < self._setting_out)
         rounding = draws[:, 0] / self._setting_out  # uniform in [0, 1) if it sets out
         moves = np.floor(bout_steps(draws[:, 1]) * self._moves_a_step + rounding).astype(int)
@@ -78,7 +79,7 @@ class Toddler(Novice):
 
 
 def bout_steps(draw: np.ndarray) -> np.ndarray:
-    """Return how many steps bouts have, from uniform draws in [0, 1), of any shape."""
+    """Return the numbers of steps of bouts, from uniform draws in [0, 1) of any shape."""
     longer = 1.0 - draw  # share of bouts that are at least as long
     early = np.ceil(np.log(longer) / np.log(1.0 - STOP_EARLY))
     later = np.ceil(np.log(longer / (1.0 - SHARE_OF_SHORT_BOUTS)) / np.log(1.0 - STOP_LATER))

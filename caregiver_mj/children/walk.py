@@ -1,4 +1,4 @@
-"""How the toddler walks in the house: from cell to cell, or into an obstacle until it touches it and back."""
+"""Kinematics of a toddler in the house: from cell to cell, or into an obstacle and back."""
 
 from __future__ import annotations
 
@@ -10,16 +10,15 @@ from caregiver_mj.plans.floor_plan import DEFAULT_CELL_SIZE
 Vector = tuple[float, float]
 
 WALKING_SPEED = 1.6 / 3.6  # m/s, of 1 to 2 year olds (paper, section V.C)
-# m/s, the fastest that a toddler walks towards something; there and back to the farthest wall fits into a timestep.
-BUMP_SPEED = 0.62
-FASTEST = 1.0  # m/s, when it must turn back late, or makes up for time
-_TURN_RATE = 8.0  # 1/s, from the error of the heading to the rate of turning
-_FRONTAL = 0.2  # cosine between motion and contact above which something is in the way
+BUMP_SPEED = 0.62  # m/s; greatest speed towards an obstacle, with which a bump into any wall fits into a timestep
+FASTEST = 1.0  # m/s; greatest speed, after turning back late
+_TURN_RATE = 8.0  # 1/s; gain from the heading's error to the rate of turning
+_FRONTAL = 0.2  # cosine between motion and contact above which the contact is in the way
 _HALF_WAY = 0.5  # share of the way up to which a blocked toddler turns back
 
 
 def novice_timestep(control_timestep: float, cell_size: float = DEFAULT_CELL_SIZE) -> float:
-    """Return the seconds in which a toddler walks the length of a cell, rounded to whole control timesteps."""
+    """Return the time in seconds to walk the length of a cell, rounded to whole control timesteps."""
     return round(cell_size / WALKING_SPEED / control_timestep) * control_timestep
 
 
@@ -27,19 +26,19 @@ class ToddlerWalk:
     """The kinematics of one toddler.
 
     Attributes:
-        position: Where it is, metres.
-        velocity: How it moves, m/s.
-        yaw: Its heading, radians.
-        yaw_rate: rad/s.
+        position: Position, m.
+        velocity: Velocity, m/s.
+        yaw: Heading, rad.
+        yaw_rate: Rate of turning, rad/s.
         blocked: Whether something stopped its present move.
         returns: Whether it has turned back.
     """
 
     def __init__(self, duration: float):
-        self._duration = duration  # seconds that a move takes, there or there and back
+        self._duration = duration  # s; of a move, there or there and back
 
     def reset(self, position: Vector, yaw: float) -> None:
-        """Put the toddler somewhere, at rest."""
+        """Place the toddler, at rest."""
         self.position, self.yaw = position, yaw
         self.velocity, self.yaw_rate = (0.0, 0.0), 0.0
         self._home = self._goal = position
@@ -48,9 +47,9 @@ class ToddlerWalk:
         self._left = 0.0
 
     def begin(self, home: Vector, goal: Vector, bump: bool) -> None:
-        """Begin a move from the centre of its cell, its home, to that of another one; back again if it has to.
+        """Begin a move from the centre of its cell, its home, to that of another cell.
 
-        If it is a bump, something stands in that cell, so that it will come back in any case.
+        With `bump` an obstacle is in that cell, and the toddler comes back in any case.
         """
         self._home, self._goal, self._bumps = home, goal, bump
         self.returns = self.blocked = False
@@ -58,22 +57,22 @@ class ToddlerWalk:
         self._length = math.dist(self.position, goal)
 
     def carry(self, x: float, y: float) -> None:
-        """Put its feet elsewhere, metres from where they were, for it has been pushed."""
+        """Displace it by (x, y), m, after a push."""
         self.position = self.position[0] + x, self.position[1] + y
 
     def stay(self) -> None:
-        """Begin a move of standing still."""
+        """Begin a move on the spot."""
         self.begin(self.position, self.position, bump=False)
 
     def step(self, timestep: float, touched: Iterable[Vector]) -> None:
-        """Move on for a timestep, seconds; `touched` are unit vectors from the toddler to all that it touches now."""
+        """Advance by a timestep in seconds; `touched` are unit vectors from the toddler to its contacts."""
         touched = list(touched)
         velocity = self._towards(self._home if self.returns else self._goal)
         if not self.returns:
             stopped = _is_in_the_way(velocity, touched)
             if self._bumps:
                 turns_back = stopped or self._left <= self._duration / 2
-            else:  # once it is too late to turn back it waits until the way is free
+            else:  # past half way it waits until the way is free
                 self.blocked = stopped
                 turns_back = stopped and math.dist(self.position, self._goal) > (1 - _HALF_WAY) * self._length
             if turns_back:
@@ -83,7 +82,7 @@ class ToddlerWalk:
             velocity = (0.0, 0.0)
         self.velocity = velocity
         self.position = (self.position[0] + timestep * velocity[0], self.position[1] + timestep * velocity[1])
-        if not self.returns and any(velocity):  # on the way back it backs off, facing what it met
+        if not self.returns and any(velocity):  # on the way back it walks backwards
             turn = math.remainder(math.atan2(velocity[1], velocity[0]) - self.yaw, math.tau)
             self.yaw_rate = _TURN_RATE * turn
             self.yaw += timestep * self.yaw_rate
@@ -92,7 +91,7 @@ class ToddlerWalk:
         self._left -= timestep
 
     def _towards(self, aim: Vector) -> Vector:
-        """The velocity with which to be at a point in time, but no faster than a toddler can."""
+        """Return the velocity to reach a point in time, within a toddler's speed."""
         dx, dy = aim[0] - self.position[0], aim[1] - self.position[1]
         distance = math.hypot(dx, dy)
         if distance < 1e-6 or self._left < 1e-6:
@@ -105,7 +104,7 @@ class ToddlerWalk:
 
 
 def _is_in_the_way(velocity: Vector, touched: list[Vector]) -> bool:
-    """Whether something that is touched, in the directions given, stops a motion."""
+    """Return whether a contact in one of the directions stops a motion."""
     if not touched:
         return False
     speed = math.hypot(*velocity)

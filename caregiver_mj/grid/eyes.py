@@ -1,4 +1,4 @@
-"""What the caregiver of the grid sees, where that is not everything."""
+"""The limited sight of the grid's caregiver."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from caregiver_mj.plans.visibility import ALL_ROUND, Sight, visibility
 
 
 class GridEyes:
-    """The sight of the caregivers of B worlds, and what they make of what they see.
+    """The sight of the caregivers of B worlds, and their knowledge from it.
 
-    A caregiver looks to where it last went. In an action in which it neither walks nor handles anything it turns round
-    once, and sees all round. It feels a child that walks into it, or that it would walk into, and finds out what has
-    become of things on the floor when it sees their cells.
+    A caregiver looks in the direction of its last move. An action in which it neither walks nor handles anything turns
+    it round once, so that it sees in all directions. It feels a child that walks into it, or into which it would walk,
+    and learns the state of things on the floor when it sees their cells.
 
     Attributes:
-        tracker: What it believes of the children.
-        heading: The move to which it is turned, or `ALL_ROUND`, (B,).
-        state: What it knows to have become of each hazard, a `State`, (B, hazards).
+        tracker: Its belief about the children.
+        heading: The move of its direction, or `ALL_ROUND`, (B,).
+        state: The known `State` of each hazard, (B, hazards).
     """
 
     def __init__(self, world: GridState, sight: Sight):
-        """Open them on the first moment of the episodes."""
+        """Begin with the start of the episodes."""
         self._world, self._seen = world, visibility(world.plan, sight).seen
         batch, children = world.child_cell.shape
         self.tracker = Tracker(child_chain(world.plan), batch, children, CHANGE)
@@ -43,7 +43,7 @@ class GridEyes:
         self.look(np.zeros_like(world.child_cell, bool))
 
     def watch(self, felt: np.ndarray) -> None:
-        """Take in the children's moves; `felt`, bool (B, K), are those that walk into the caregiver."""
+        """Observe the children's moves; `felt`, bool (B, K), are those that walk into the caregiver."""
         world = self._world
         in_view = self.in_view()
         before, now = (self._visible(cell, in_view) | felt for cell in (world.previous_cell, world.child_cell))
@@ -51,25 +51,25 @@ class GridEyes:
         self._action = np.where(before & now, world.previous_action, NOTHING)
         cell = np.where(now, world.child_cell, NOTHING)
         self.tracker.move(self._previous, self._action, cell, in_view, world.caregiver_cell)
-        self._take_in(in_view)
+        self._see_hazards(in_view)
 
     def turn(self, before: np.ndarray, idle: np.ndarray) -> None:
-        """Turn to where the caregiver has gone from a cell (B,), or round where it was idle, bool (B,)."""
+        """Turn in the direction of the move from a cell (B,), or all round if idle, bool (B,)."""
         step = self._places[self._world.caregiver_cell] - self._places[before]
         moved = step.any(axis=1)
         move = (step[:, None] == np.array(ACTIONS)).all(axis=2).argmax(axis=1)
         self.heading = np.where(moved, move, np.where(idle, ALL_ROUND, self.heading))
 
     def look(self, felt: np.ndarray) -> None:
-        """Take in what is seen after an action; `felt`, bool (B, K), are children in the caregiver's way."""
+        """Observe the world after an action; `felt`, bool (B, K), are children in the caregiver's way."""
         world = self._world
         in_view = self.in_view()
         now = self._visible(world.child_cell, in_view) | felt
         self.tracker.look(np.where(now, world.child_cell, NOTHING), in_view)
-        self._take_in(in_view)
+        self._see_hazards(in_view)
 
     def percept(self, everything: Percept) -> Percept:
-        """Return what is known of all that there is."""
+        """Reduce a complete percept to what is known."""
         tracker, left = self.tracker, self.state != 0
         known = self._previous != NOTHING
         return dataclasses.replace(
@@ -84,14 +84,14 @@ class GridEyes:
         )
 
     def in_view(self) -> np.ndarray:
-        """Return which free cells are in view, bool (B, free cells)."""
+        """Return whether each free cell is in view, bool (B, free cells)."""
         return self._seen[self._world.caregiver_cell, self.heading]
 
     def _visible(self, cell: np.ndarray, in_view: np.ndarray) -> np.ndarray:
         return np.take_along_axis(in_view, cell, axis=1)
 
-    def _take_in(self, in_view: np.ndarray) -> None:
-        """Take notice of what has become of hazards: of those on the floor if they are seen."""
+    def _see_hazards(self, in_view: np.ndarray) -> None:
+        """Update the known states of hazards; those on the floor only if in view."""
         world = self._world
         unseen = np.zeros(self.state.shape, bool)
         unseen[:, self._lying] = ~in_view[:, list(world.plan.floor_cells)]

@@ -1,4 +1,4 @@
-"""How the grid carries out verbs: where one stands for each, and what is done there."""
+"""Verbs in the grid: the places from which the caregiver does them, and their effects."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from caregiver_mj.plans.visibility import lookouts
 
 
 class GridVerb(abc.ABC):
-    """The grid's half of a verb. It holds no state: that is the world's."""
+    """The grid's half of a verb, without state."""
 
     def places(self, plan: FloorPlan) -> list[list[int]]:
-        """Return where one stands to do it: groups of caregiver cells, any of which will do."""
+        """Return the places of action: groups of caregiver cells, any of which will do."""
         return []
 
     @abc.abstractmethod
     def place(self, world: GridState, which: np.ndarray) -> np.ndarray:
-        """Return where some worlds must go for it now.
+        """Return the place of action of some worlds.
 
         Args:
             world: The grid.
@@ -34,22 +34,22 @@ class GridVerb(abc.ABC):
         """
 
     def carry_out(self, world: GridState, which: np.ndarray, came: np.ndarray, stood: np.ndarray) -> np.ndarray:
-        """Do what there is to do in the place, in some worlds, after the caregiver's move.
+        """Apply the verb in some worlds, after the caregiver's move.
 
         Args:
             world: The grid, whose state it changes.
             which: Indices of the worlds, (n,).
             came: Whether the caregiver is in the place now, (n,).
-            stood: Whether it has been there already, and so has its action left, (n,).
+            stood: Whether it was there before this action, which it can therefore use, (n,).
 
         Returns:
-            Whether it is done now, (n,).
+            Whether the intervention is done, (n,).
         """
         return came
 
 
 class InOpening(GridVerb):
-    """Done as soon as the caregiver stands in the opening."""
+    """Done when the caregiver stands in the opening."""
 
     def places(self, plan: FloorPlan) -> list[list[int]]:
         return [[plan.cell_index[cell]] for cell in plan.landings]
@@ -72,7 +72,7 @@ class ClosingGate(GridVerb):
 
 
 class PickingUp(GridVerb):
-    """Done by an action in the cell in which something lies, if it still does."""
+    """Done by an action in the cell of a thing that still lies there."""
 
     def places(self, plan: FloorPlan) -> list[list[int]]:
         return [[cell] for cell in plan.floor_cells]
@@ -85,10 +85,9 @@ class PickingUp(GridVerb):
 
 
 class Relocating(GridVerb):
-    """Done when what was on a table is put down on another one.
+    """Done when a thing from a table is put down on another one.
 
-    The destination is the one that was decided when it is taken; what is decided while it is in the hand waits until it
-    has been put down.
+    The destination is that at the time of taking it; decisions while it is in the hand wait until it is put down.
     """
 
     def places(self, plan: FloorPlan) -> list[list[int]]:
@@ -104,14 +103,14 @@ class Relocating(GridVerb):
         held = world.holding[here] != NOTHING
         world.candle_table[here, candle] = np.where(held, world.orders.destination[here], NOTHING)
         world.holding[here] = np.where(held, NOTHING, candle)
-        world.forget_orders(here[held])  # to take the same candle again is another intervention
+        world.forget_orders(here[held])  # taking the same candle again is another intervention
         put_down = stood.copy()
         put_down[stood] = held
         return put_down
 
 
 class Looking(GridVerb):
-    """Done as soon as the caregiver stands where it wanted to look from."""
+    """Done when the caregiver stands at the lookout."""
 
     def places(self, plan: FloorPlan) -> list[list[int]]:
         return [[cell] for cell in lookouts(plan)]
@@ -131,7 +130,7 @@ class Idle(GridVerb):
 
 
 class Waiting(Idle):
-    """Where it is, or in a certain cell."""
+    """Waits in its cell, or goes to another and waits there; never done."""
 
     def places(self, plan: FloorPlan) -> list[list[int]]:
         return [[cell] for cell in range(len(plan.caregiver_cells))]

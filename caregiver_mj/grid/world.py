@@ -1,15 +1,14 @@
 """The paper's world: children and caregiver on a grid, a batch of episodes at once.
 
-In a timestep every child makes one move or stays, one after the other, then the caregiver does up to three of its seven
-actions (four moves, wait, get, place), because it walks three times as fast (paper, section V.C). It decides anew
-before each, unless it has a candle in the hand: that is put down first. Get and place act on a table in a neighbouring
-cell; to close a gate, or to pick up what lies in its cell, is an action, too. A caregiver that yields keeps out of the
-children's way when it has nothing to do, and its distance where one bars its own (`plans/routes.py`).
+In a timestep the children move or stay, one after the other; then the caregiver does up to three of its seven actions
+(four moves, wait, get, place), because it walks three times as fast (paper, section V.C). It decides before each
+action, except with a candle in the hand, which it puts down first. Get and place act on a table in a neighbouring cell;
+to close a gate, or to pick up a thing in its cell, is an action, too. A caregiver that yields makes room for the
+children when it has nothing to do, and keeps its distance where one bars its way (`plans/routes.py`).
 
-Whether a move is blocked is decided when the child gets there: at once, as in the paper, so that a caregiver cannot
-come in between.
+A child's move is immediate, as in the paper, so that a caregiver cannot come in between.
 
-What the caregiver sees of all this is everything, as in the paper, or what its `Sight` lets it (`grid/eyes.py`).
+The caregiver sees everything, as in the paper, or a part, by its `Sight` (`grid/eyes.py`).
 """
 
 from __future__ import annotations
@@ -47,11 +46,11 @@ class GridWorld(GridState, Rollout):
     """A batch of B episodes on one floor plan, with K children each.
 
     Attributes:
-        behaviours: What decides the moves of each child, K.
-        caregiver: Who protects them, or None.
-        sight: What the caregiver sees.
-        eyes: The caregiver's, or None where it sees everything and where there is none.
-        ledger: What has happened to the children.
+        behaviours: Behaviour of each of the K children.
+        caregiver: The caregiver, or None.
+        sight: The caregiver's sight.
+        eyes: The caregiver's eyes; None with full sight, or without a caregiver.
+        ledger: Counts what happens to the children.
     """
 
     def __init__(
@@ -68,13 +67,13 @@ class GridWorld(GridState, Rollout):
         Args:
             plan: The house.
             family: The children, as `ChildGroup.of` takes them.
-            caregiver: Who protects them, or None.
-            caregiver_actions: How many actions the caregiver has in a novice timestep.
-            sight: What the caregiver sees, as `plans.visibility.Sight.of` takes it.
+            caregiver: The caregiver, or None.
+            caregiver_actions: Actions of the caregiver in a novice timestep.
+            sight: The caregiver's sight, as `plans.visibility.Sight.of` takes it.
 
         Raises:
-            CaregiverError: A caregiver that is told everything does not see everything, or it or a child is for another
-                house, or it has no action.
+            CaregiverError: A privileged caregiver has limited sight, the caregiver or a child is for another house, or
+                there is no caregiver action.
         """
         check_integer("caregiver_actions", caregiver_actions, 1)
         self.sight = Sight.of(sight)
@@ -93,7 +92,7 @@ class GridWorld(GridState, Rollout):
         self._rules = MoveRules(plan)
         self._lying = np.full(len(plan.free_cells), NOTHING)  # number of the hazard on the floor of each free cell
         self._lying[list(plan.floor_cells)] = plan.hazards.number(Where.FLOOR, np.arange(len(plan.floor_cells)))
-        # What a collision with each hazard does, and, the last one, one with a bare table: (hazards + 1, kinds).
+        # Damage of a collision with each hazard and, last, with a bare table, by kind: (hazards + 1, kinds).
         kinds = [KINDS.index(kind) for kind in (*plan.hazards.kinds, TABLE)]
         self._harm = np.eye(len(KINDS))[kinds] * [plan.damage[kind.name] for kind in KINDS]
         needed = {LOOK: not self.sight.is_full, DO_NOTHING: bool(caregiver and caregiver.waits)}
@@ -105,14 +104,14 @@ class GridWorld(GridState, Rollout):
             self._routes = routes(plan, tuple(tuple(place) for group in places.values() for place in group))
 
     def reset(self, streams: Sequence[Sequence[RandomStream]]) -> None:
-        """Begin one episode for each family of streams, which has one for each child."""
+        """Begin B episodes, each with a random stream for every child."""
         batch, children = len(streams), len(self.behaviours)
-        if not batch or any(len(family) != children for family in streams):
+        if not batch or any(len(group) != children for group in streams):
             raise CaregiverError(
-                f"streams must be {children} in each of at least 1 episode, got {[len(family) for family in streams]}"
+                f"streams must be {children} in each of at least 1 episode, got {[len(group) for group in streams]}"
             )
-        start = np.array([[stream.start for stream in family] for family in streams])  # (B, K, 3)
-        steps = np.array([[stream.steps for stream in family] for family in streams])  # (B, K, timesteps, 3)
+        start = np.array([[stream.start for stream in group] for group in streams])  # (B, K, 3)
+        steps = np.array([[stream.steps for stream in group] for group in streams])  # (B, K, timesteps, 3)
         self._draws = shown(np.ascontiguousarray(np.moveaxis(steps, 2, 0)))  # (timesteps, B, K, 3)
         self.timestep = 0
         plan = self.plan
@@ -133,7 +132,7 @@ class GridWorld(GridState, Rollout):
         self.done = np.zeros(batch, bool)
         self.ledger = Ledger(plan, self.child_cell, len(self._draws))
         if self.caregiver:
-            self.caregiver.reset(batch, [family[0].caregiver_seed for family in streams], children)
+            self.caregiver.reset(batch, [group[0].caregiver_seed for group in streams], children)
         self.candle_table = starting_tables(plan, self.caregiver, batch)
         self.eyes = None if self.sight.is_full or not self.caregiver else GridEyes(self, self.sight)
 
@@ -153,7 +152,7 @@ class GridWorld(GridState, Rollout):
         return self.timestep >= len(self._draws)
 
     def run(self, streams: Sequence[Sequence[RandomStream]]) -> Ledger:
-        """Run whole episodes, one for each family of streams, and return what happened."""
+        """Run B whole episodes, as of `reset`, and return their ledger."""
         self.reset(streams)
         self.run_on()
         return self.ledger
@@ -162,8 +161,8 @@ class GridWorld(GridState, Rollout):
         return [self.ledger.outcome(number) for number in range(len(self.orders))]
 
     def percept(self) -> Percept:
-        """Return what the caregiver sees now."""
-        left = self.state != State.AS_PLANNED  # there is nothing more to be done about it
+        """Return the caregiver's percept."""
+        left = self.state != State.AS_PLANNED  # hazards that need nothing more
         everything = Percept(
             shown(self.child_cell),
             shown(self.previous_cell),
@@ -181,12 +180,12 @@ class GridWorld(GridState, Rollout):
         return self.eyes.percept(everything) if self.eyes else everything
 
     def truth(self) -> Truth:
-        """Return what no caregiver can see."""
+        """Return the hidden state of the children."""
         epsilons = [behaviour.epsilons(len(self.goal)) for behaviour in self.behaviours]
         return Truth(shown(self.goal), np.stack(epsilons, axis=1), self.future)
 
     def future(self) -> Future:
-        """Return what will come to the end of the episode if the caregiver is nowhere."""
+        """Return the rest of the episode without a caregiver."""
         alone = copy.copy(self)
         alone.caregiver, alone.eyes, alone.goal, alone.bumped = None, None, self.goal.copy(), self.bumped.copy()
         alone.behaviours = copy.deepcopy(self.behaviours, {id(self.plan): self.plan})
@@ -203,7 +202,7 @@ class GridWorld(GridState, Rollout):
     # -- The children ----------------------------------------------------------------------------
 
     def move_children(self) -> None:
-        """Run the first half of a novice timestep: every child makes a move or stays, and what comes of it is booked.
+        """Run the first half of a novice timestep: every child moves or stays, and the ledger books the results.
 
         Raises:
             CaregiverError: No episode has begun, or it is over.
@@ -212,7 +211,7 @@ class GridWorld(GridState, Rollout):
             raise CaregiverError("no episode has begun, or it is over: call reset() first")
         draws = self._draws[self.timestep]
         self.timestep += 1
-        # New arrays, for a caregiver may have kept what it was shown.
+        # New arrays, because a caregiver may have kept the old ones.
         begun = self.previous_cell = self.child_cell
         self.child_cell, self.previous_action = begun.copy(), self.previous_action.copy()
         harm, blocked = np.zeros((*begun.shape, len(KINDS))), np.zeros((*begun.shape, len(DENIED)), bool)
@@ -223,7 +222,7 @@ class GridWorld(GridState, Rollout):
         self.ledger.book(begun, self.child_cell, harm, toys, blocked)
 
     def _move(self, child: int, draws: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Move a child; return its harm of each kind, its toys, what it is denied, and whether it met the caregiver."""
+        """Move a child; return its harm by kind, its toys, the denied targets, and whether it met the caregiver."""
         cell, behaviour, caregiver_cell = self.child_cell[:, child], self.behaviours[child], self._seen_caregiver()
         goal = shown(self.goal[:, child])
         self.goal[:, child] = behaviour.reconsider(goal, draws[:, 2])
@@ -256,13 +255,13 @@ class GridWorld(GridState, Rollout):
         return harm, reached, denied(target, blocked), met
 
     def _seen_caregiver(self) -> np.ndarray:
-        """The caregiver's cell, or NOTHING where there is none, (B,)."""
+        """Return the caregiver's cell, or NOTHING without one, (B,)."""
         return self.caregiver_cell if self.caregiver else np.full(len(self.caregiver_cell), NOTHING)
 
     # -- The caregiver ---------------------------------------------------------------------------
 
     def care(self, caregiver: Caregiver) -> None:
-        """Run the caregiver's actions in one novice timestep. A subclass can allow it others."""
+        """Run the caregiver's actions of one novice timestep."""
         actions = self._caregiver_actions
         for done in range(actions):
             self.time_left = np.full(len(self.holding), (actions - done) / actions)
@@ -273,7 +272,7 @@ class GridWorld(GridState, Rollout):
         self.ledger.attend(self.eyes.tracker.seen if self.eyes else 1, spent)
 
     def act_caregiver(self, caregiver: Caregiver) -> None:
-        """Run one action of the caregiver. A subclass can look on from here, before and after."""
+        """Run one action of the caregiver."""
         percept = self.percept()
         before, self.orders = self.orders, self.orders.where(self.holding != NOTHING, answer(caregiver, percept))
         names = dict.fromkeys(self.orders.verb.tolist())
@@ -313,18 +312,17 @@ def run_episodes(
     caregiver: Caregiver | None,
     seeds: Sequence[Random],
 ) -> Ledger:
-    """Run one episode for every seed, or source of randomness, as `random_state` takes them."""
+    """Run one episode for every seed or source of randomness, as `random_state` takes them."""
     family = ChildGroup.of(family)
     streams = [RandomStream.draw_group(seed, len(family)) for seed in seeds]
     return GridWorld(plan, family, caregiver).run(streams)
 
 
 class BareTablesWorld(GridWorld):
-    """A house without candles whose stairwells are all shut, and with nothing on its floor.
+    """The bare-tables baseline: no candles, all stairwells shut, and nothing on the floor.
 
-    What is left are bumps into tables, all of them bare. A stairwell that is shut blocks a child as a caregiver in it
-    does. Nobody is in the children's way; a caregiver could come out a little lower by standing between a child and a
-    table, which nothing tells it to do.
+    Only bumps into bare tables remain. A shut stairwell blocks a child like a caregiver in it. A caregiver could leave
+    slightly less damage by standing between a child and a table, which none does on purpose.
     """
 
     def __init__(self, plan: FloorPlan, family: ChildGroup | float | str):

@@ -1,1 +1,1 @@
-"""Interventions: what a caregiver can do about a hazard, one module a verb."""
+"""Interventions of a caregiver against hazards."""

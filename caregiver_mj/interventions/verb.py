@@ -1,6 +1,6 @@
-"""Interventions and their verbs, as data: what a verb is called, what it acts on, and what state it leaves.
+"""Interventions and their verbs, as data.
 
-How it is carried out its two worlds say: `grid/verbs.py`, and for the robot `policy/routines.py`.
+`grid/verbs.py` and, for the robot, `policy/routines.py` carry them out.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, State, Where
 
 Half = TypeVar("Half")
-Mark = tuple[Literal["cell", "candle"], Cell | int]  # what a display points at: a cell, or a candle by its index
+Mark = tuple[Literal["cell", "candle"], Cell | int]  # target to mark in a display: a cell, or a candle by its index
 BLOCK, CLOSE, RELOCATE, PICK_UP = "block", "close", "relocate", "pick up"
 LOOK = "look"
 STAND_ASIDE, DO_NOTHING = "stand aside", "nothing"
@@ -27,10 +27,10 @@ STAND_ASIDE, DO_NOTHING = "stand aside", "nothing"
 class Intervention:
     """One intervention."""
 
-    verb: str = STAND_ASIDE  #: name of what to do, one of `VERBS`
-    hazard: int = NOTHING  #: number in the house's table of hazards of what it is about, or NOTHING
-    #: where to, as the verb understands it, or NOTHING: for a candle the index of a table, for a look that of one of
-    #: `plans.visibility.lookouts`, to do nothing somewhere that of a caregiver's cell
+    verb: str = STAND_ASIDE  #: one of `VERBS`
+    hazard: int = NOTHING  #: number of the hazard in the house, or NOTHING
+    #: depends on the verb: index of a table for a candle, of one of `plans.visibility.lookouts` to look from, of a
+    #: caregiver cell to do nothing in; or NOTHING
     destination: int = NOTHING
 
 
@@ -69,22 +69,22 @@ class Interventions(Sequence[Intervention]):
         )
 
     def begins_after(self, other: Interventions) -> np.ndarray:
-        """Return whether each is another one than before, (B,). A new destination alone makes no other one."""
+        """Return whether each differs from the one before, (B,), regardless of the destination."""
         return (self.verb != other.verb) | (self.hazard != other.hazard)
 
 
 @dataclasses.dataclass(frozen=True)
 class Verb:
-    """Something that a caregiver can do.
+    """A kind of intervention.
 
     Attributes:
-        name: What it is called in an `Intervention`.
-        activity: What is being done, in words; `{hazard}` stands for the hazard.
-        where: Where the hazards are that it acts on; None if that may be anywhere, or there is none.
+        name: Its name in an `Intervention`.
+        activity: Description in words; `{hazard}` stands for the hazard.
+        where: Place of its hazards; None for any, or for no hazard.
         to_table: Whether its destination is a table.
-        counts: Whether to begin it counts as an intervention, and interrupts another one.
-        leaves: What it leaves its hazard as, for good.
-        handles: Whether there is something to be done with the hand.
+        counts: Whether starting it counts as an intervention, and interrupts another one.
+        leaves: Permanent state of its hazard when it is done.
+        handles: Whether it needs the hand.
     """
 
     name: str
@@ -96,11 +96,11 @@ class Verb:
     handles: bool = False
 
     def describe(self, plan: FloorPlan, intervention: Intervention) -> str:
-        """Return what is being done, in words: "block stairwell 1"."""
+        """Return an intervention in words, such as "block stairwell 1"."""
         return self.activity.format(hazard="" if intervention.hazard == NOTHING else plan.hazards[intervention.hazard])
 
     def mark(self, plan: FloorPlan, intervention: Intervention) -> Mark | None:
-        """Return what a display points at while it is being done."""
+        """Return the target to mark in a display during an intervention."""
         if self.where is None or intervention.hazard == NOTHING:
             return None
         index = plan.hazards.among(self.where, intervention.hazard)
@@ -125,10 +125,10 @@ VERBS = {
 
 
 def verb_of(name: str) -> Verb:
-    """Return the verb of a name.
+    """Return a verb by name.
 
     Raises:
-        CaregiverError: There is none.
+        CaregiverError: The name is unknown.
     """
     if name not in VERBS:
         raise CaregiverError(f"no verb '{name}': there are {', '.join(VERBS)}")
@@ -136,10 +136,10 @@ def verb_of(name: str) -> Verb:
 
 
 def half_of(name: str, halves: Mapping[str, Half], table: str) -> Half:
-    """Return the half of a verb that stands in a table.
+    """Return a world's half of a verb from its table.
 
     Raises:
-        CaregiverError: There is no such verb, or it has none there.
+        CaregiverError: The verb is unknown, or has no half there.
     """
     if verb_of(name).name not in halves:
         raise CaregiverError(f"verb '{name}' must have its half in {table} to be carried out, got {', '.join(halves)}")

@@ -1,4 +1,4 @@
-"""Floor plans: what stands where in a house, on the grid and in metres."""
+"""Floor plans: the contents of a house, on the grid and in metres."""
 
 from caregiver_mj.plans import floor_plan, sets
 

@@ -1,4 +1,4 @@
-"""Moves and walking distances on the cells of a floor plan; memory and time grow with the number of cells."""
+"""Moves and walking distances on the cells of a floor plan."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ Cell = tuple[int, int]  # (row, column)
 # The child's action set: north, east, south, west as (row, column) steps.
 ACTIONS: tuple[Cell, ...] = ((-1, 0), (0, 1), (1, 0), (0, -1))
 ACTION_NAMES = ("north", "east", "south", "west")
-UNREACHABLE = np.iinfo(np.int16).max  # the distance between cells that no path connects
-_AT_ONCE = 2**20  # distances that are worked out at a time, for what is worked out takes more memory than what is kept
+UNREACHABLE = np.iinfo(np.int16).max  # distance between cells without a path
+_AT_ONCE = 2**20  # distances to compute at a time, which bounds the memory of intermediate results
 WALL, FREE, BIN = "#.B"
 STAIRWELL, CANDLE, TABLE = (kind.symbol for kind in (hazards.STAIRWELL, hazards.CANDLE, hazards.TABLE))
 
 
 class Target(enum.IntEnum):
-    """What lies in the cell that a child's move leads to."""
+    """The content of the cell that a child's move leads to."""
 
     FREE = 0
     WALL = 1
@@ -48,7 +48,7 @@ _TARGETS = (
         if kind.where is not Where.FLOOR
     }
 )
-LEGEND = {  # what each symbol is called, one and several
+LEGEND = {  # names of each symbol, singular and plural
     WALL: ("wall", "walls"),
     FREE: ("free cell", "free cells"),
     **{kind.symbol: kind.cell for kind in hazards.KINDS},
@@ -57,7 +57,7 @@ LEGEND = {  # what each symbol is called, one and several
 
 
 class CellGraph:
-    """Who can walk from which cell to which, in a valid floor plan.
+    """The graph of walkable cells of a valid floor plan.
 
     Cells are indices into `FloorPlan.caregiver_cells`; the first of them are the child's, `FloorPlan.free_cells`.
     """
@@ -74,12 +74,12 @@ class CellGraph:
         floor_cells: Sequence[int],
         mouths: Mapping[Cell, Cell],
     ):
-        """Take what a `FloorPlan` has under these names, its symbols as (rows, columns)."""
+        """Take the attributes of a `FloorPlan` with these names; symbols are (rows, columns)."""
         self._name, self._symbols, self._mouths = name, symbols, mouths
         self._stairwells, self._tables, self._bins, self._floor_cells = stairwells, tables, bins, floor_cells
         places = [*free_cells, *landings]
         self._free, self._cells = len(free_cells), len(places)
-        # The index of the cell at each place of the plan, -1 where nobody can stand.
+        # Index of the cell at each place of the plan, -1 where nobody can stand.
         self._index = np.full(symbols.shape, -1)
         rows, columns = np.array(places, int).reshape(-1, 2).T
         self._index[rows, columns] = np.arange(self._cells)
@@ -89,11 +89,11 @@ class CellGraph:
 
     @functools.cached_property
     def moves(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """What every move of a child leads to, three arrays of shape (free cells, 4).
+        """The result of every move of a child, three arrays (free cells, 4).
 
         Returns:
-            The cell after the move (the same one if it was a bump), the `Target` in the way, and the index
-            of that object among `stairwells`, `tables` or `bins` (-1 for free cells and walls).
+            The cell after the move (the same for a bump), the `Target`, and the index of that object among
+            `stairwells`, `tables` or `bins` (-1 for free cells and walls).
         """
         kinds, objects = np.full_like(self._index, Target.WALL), np.full_like(self._index, -1)
         for symbol, kind in _TARGETS.items():
@@ -104,7 +104,7 @@ class CellGraph:
         (rows, columns), steps = self._places, np.array(ACTIONS).T  # steps: (2, 4)
         there = rows[: self._free, None] + steps[0], columns[: self._free, None] + steps[1]
         target, index = kinds[there], objects[there]
-        for cell, mouth in self._mouths.items():  # beside a fence there is no more than that
+        for cell, mouth in self._mouths.items():  # a fence is like a wall, except from the mouth
             beside = (there[0] == cell[0]) & (there[1] == cell[1])
             beside[self._index[mouth]] = False
             target[beside], index[beside] = Target.WALL, -1
@@ -113,21 +113,18 @@ class CellGraph:
 
     @functools.cached_property
     def bumps(self) -> np.ndarray:
-        """The stairwell or table that every move bumps into, (free cells, 4): first the stairwells, then the tables.
-
-        -1 for none of these.
-        """
+        """The object that every move bumps into, (free cells, 4): stairwells, then tables; -1 for neither."""
         _, target, index = self.moves
         tables = np.where(target == Target.TABLE, index + len(self._stairwells), -1)
         return np.where(target == Target.STAIRWELL, index, tables)
 
     @functools.cached_property
     def neighbours(self) -> tuple[tuple[int, ...], ...]:
-        """For every cell those north, east, south and west of it in which the caregiver can stand."""
+        """The caregiver cells north, east, south and west of every cell."""
         return tuple(tuple(int(n) for n in around if n >= 0) for around in self.around)
 
     def beside(self, objects: Sequence[Cell]) -> list[list[int]]:
-        """Return for each object the free cells beside it, north, east, south and west of it, or its mouth."""
+        """Return the free cells north, east, south and west of each object, or its mouth."""
         found = []
         for row, column in objects:
             mouth = self._mouths.get((row, column))
@@ -143,16 +140,16 @@ class CellGraph:
     ) -> np.ndarray:
         """Return the walking distances of the caregiver, in moves, int16 (goals, caregiver cells).
 
-        Goals are cells, or groups of them, in which the nearest one counts. A closed cell, or several, such as those of
-        children, cannot be entered. A distance is `UNREACHABLE` where no path leads.
+        Goals are cells, or groups of cells of which the nearest counts. Closed cells, such as those of children, cannot
+        be entered. A distance without a path is `UNREACHABLE`.
 
         Raises:
-            CaregiverError: A way is longer than such numbers can be.
+            CaregiverError: A distance exceeds the range of int16.
         """
         return self._distances(goals, self._open_edges(closed), self._cells, closed)
 
     def bump_distances(self, objects: Sequence[Cell]) -> np.ndarray:
-        """Return the moves that a child needs to bump into the object in each cell: integers (free cells, objects)."""
+        """Return a child's moves until it bumps into the object in each cell, integers (free cells, objects)."""
         return self._distances(self.beside(objects), self._child_edges, self._free).T.astype(int) + 1
 
     def child_distances_from(self, cells: Sequence[int]) -> np.ndarray:
@@ -161,28 +158,28 @@ class CellGraph:
 
     @functools.cached_property
     def bin_distances(self) -> np.ndarray:
-        """Moves that a child needs to reach into each toy bin, (free cells, bins)."""
+        """A child's moves until it reaches into each toy bin, (free cells, bins)."""
         return self.bump_distances(self._bins)
 
     @functools.cached_property
     def table_distances(self) -> np.ndarray:
-        """Moves that a child needs to bump into each table, (free cells, tables)."""
+        """A child's moves until it bumps into each table, (free cells, tables)."""
         return self.bump_distances(self._tables)
 
     @functools.cached_property
     def floor_distances(self) -> np.ndarray:
-        """Moves after which a child takes each thing on the floor, (free cells, things); 1 for one in its cell."""
+        """A child's moves until it takes each thing on the floor, at least 1, (free cells, things)."""
         return np.maximum(1, self.child_distances_from(self._floor_cells).T)
 
     @functools.cached_property
     def stairwell_distances(self) -> np.ndarray:
-        """Moves after which a child falls down each stairwell, (free cells, stairwells)."""
+        """A child's moves until it falls down each stairwell, (free cells, stairwells)."""
         return self.bump_distances(self._stairwells)
 
     def breadth_first(self, start: int, closed: Collection[int] = ()) -> dict[int, int]:
-        """Search from a cell: for every cell that can be reached, the one before it, nearest cells first.
+        """Search from a cell; return the predecessor of every reachable cell, nearest cells first.
 
-        The start is its own predecessor, even if it is one of the closed cells, which cannot be entered.
+        Closed cells cannot be entered. The start, which may be closed, is its own predecessor.
         """
         before = {start: start}
         queue = deque([start])
@@ -196,24 +193,24 @@ class CellGraph:
         return before
 
     def depth_first(self) -> tuple[np.ndarray, np.ndarray]:
-        """Search from cell 0: the cells in the order in which they are found, and the one before each, (cells,)."""
+        """Search from cell 0; return the cells in the order of discovery, and their predecessors, (cells,) each."""
         from scipy.sparse import csgraph
 
         return csgraph.depth_first_order(_as_graph(self._edges, self._cells), 0)
 
     def parts(self, closed: int | Collection[int] = ()) -> np.ndarray:
-        """Number the parts into which closed cells divide the caregiver's cells: (caregiver cells,)."""
+        """Return the number of each cell's part of the house, divided by closed cells, (caregiver cells,)."""
         return _components(_as_graph(self._open_edges(closed), self._cells))
 
     def is_connected(self) -> np.ndarray:
-        """Return whether a child can walk from the first free cell to each, bool (free cells,)."""
+        """Return whether a child can walk from the first free cell to each cell, bool (free cells,)."""
         part = _components(_as_graph(self._child_edges, self._free))
         return part == part[0]
 
     def downhill(self, height: np.ndarray) -> np.ndarray:
-        """Return for every caregiver cell the lowest among itself and its neighbours; itself if none is lower.
+        """Return for every caregiver cell the lowest of itself and its neighbours, itself if none is lower.
 
-        The height is a number for each cell, such as a distance, (..., caregiver cells); so are the indices returned.
+        `height`, such as a distance, and the result are (..., caregiver cells).
         """
         best = height[..., self._self_and_neighbours].argmin(axis=-1)
         return self._self_and_neighbours[np.arange(best.shape[-1]), best]
@@ -250,7 +247,7 @@ class CellGraph:
 
     @functools.cached_property
     def around(self) -> np.ndarray:
-        """The cells north, east, south and west of every cell, -1 for want of one: (caregiver cells, 4)."""
+        """The cells north, east, south and west of every cell, -1 for none, (caregiver cells, 4)."""
         padded = np.pad(self._index, 1, constant_values=-1)
         rows, columns = self._places
         return np.stack([padded[rows + 1 + down, columns + 1 + right] for down, right in ACTIONS], axis=-1)
@@ -281,7 +278,7 @@ def _indices(cells: int | Collection[int]) -> np.ndarray:
 
 
 def _as_graph(edges: np.ndarray, size: int) -> csr_array:
-    """A graph of nodes and the edges between them, (edges, 2), in the order of the nodes that they begin at."""
+    """Return the graph of edges, (edges, 2), sorted by their first nodes."""
     from scipy.sparse import csr_array
 
     begins, ends = edges.T.copy()
@@ -289,7 +286,7 @@ def _as_graph(edges: np.ndarray, size: int) -> csr_array:
 
 
 def _components(graph: csr_array) -> np.ndarray:
-    """Number of the part of a graph that each of its nodes is in, (nodes,)."""
+    """Return the number of each node's connected component, (nodes,)."""
     from scipy.sparse import csgraph
 
     return csgraph.connected_components(graph)[1]

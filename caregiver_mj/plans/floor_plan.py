@@ -1,4 +1,4 @@
-"""Floor plans: a house as text, and what stands where in it.
+"""Floor plans: a house as text.
 
 A plan is a rectangle of characters, one a cell::
 
@@ -33,26 +33,26 @@ from caregiver_mj.plans.cell_graph import ACTIONS, BIN, FREE, LEGEND, TABLE, WAL
 from caregiver_mj.plans.hazards import KINDS, DamageWeights, Hazards, Where, kinds_at
 
 _FENCED = tuple(kind.symbol for kind in KINDS if kind.fenced)
-_LARGEST_CELL = 1e3  # metres
-_EXCERPT = 100  # characters of a line that an error shows at most
-_Problem = tuple[str, str]  # what is wrong, and the excerpt of `FloorPlanError` that shows it
-# Functions that give a plan by its name, None if the name is none of theirs: `plans/__init__.py` enters those of
-# generated houses, which are made of plans.
+_LARGEST_CELL = 1e3  # m
+_EXCERPT = 100  # greatest number of characters of a line in an error
+_Problem = tuple[str, str]  # message and excerpt of a `FloorPlanError`
+# Functions that return a plan by name, or None. `plans/__init__.py` adds that of generated houses, which itself imports
+# this module.
 SOURCES: list[Callable[[str], FloorPlan | None]] = []
-DEFAULT_CELL_SIZE = 0.75  # metres; a toddler's timestep at 1.6 km/h is then 1.69 s
+DEFAULT_CELL_SIZE = 0.75  # m; a toddler's timestep at 1.6 km/h is then 1.69 s
 
 
 @dataclasses.dataclass(frozen=True)
 class FloorPlan:
     """A validated floor plan.
 
-    Build one with `FloorPlan.load` or `FloorPlan.parse`; both refuse malformed plans.
+    Make one with `FloorPlan.load` or `FloorPlan.parse`, which reject malformed plans.
 
     Attributes:
-        name: What the plan is called in tables and messages.
+        name: Name of the plan in tables and messages.
         rows: The text, one string a row, all of one length.
         cell_size: Side of a cell in metres.
-        damage: What a collision costs.
+        damage: Damage of collisions.
     """
 
     name: str
@@ -69,17 +69,16 @@ class FloorPlan:
         cell_size: float = DEFAULT_CELL_SIZE,
         damage: Mapping[str, float] | str = DamageWeights(),
     ) -> FloorPlan:
-        """Give a plan that comes with the package, a generated one, or one of your own from a file.
+        """Load a plan of the package, a generated one, or one from a file.
 
         Args:
-            name_or_path: One of `house_names()`, the name of a generated house (`house-17`, see
-                `caregiver_mj.plans.generator`), that of a house in a set (`test-100/17`, see
-                `caregiver_mj.plans.sets`), or the path of a text file.
+            name_or_path: One of `house_names()`, a generated house (`house-17`, see `caregiver_mj.plans.generator`), a
+                house of a set (`test-100/17`, see `caregiver_mj.plans.sets`), or the path of a text file.
             cell_size: Side of a cell in metres.
-            damage: What a collision costs, as `DamageWeights.of` takes it.
+            damage: Damage of collisions, as `DamageWeights.of` takes it.
 
         Raises:
-            FloorPlanError: There is no such plan, the file cannot be read, or the plan is malformed.
+            FloorPlanError: The name is unknown, the file cannot be read, or the plan is malformed.
         """
         check_kind("a house, if no FloorPlan,", name_or_path, str, os.PathLike)
         if str(name_or_path) in house_names():
@@ -90,7 +89,7 @@ class FloorPlan:
                 return cls.parse(made.text, made.name, cell_size, damage)
         path = pathlib.Path(name_or_path)
         try:
-            text = read_file(path, LARGEST_PLAN).decode("utf-8-sig")  # some editors begin with a byte order mark
+            text = read_file(path, LARGEST_PLAN).decode("utf-8-sig")  # some editors write a byte order mark
         except FileNotFoundError:
             raise FloorPlanError(
                 f"no floor plan '{name_or_path}': neither a file nor one of {', '.join(house_names())}, "
@@ -110,12 +109,12 @@ class FloorPlan:
         cell_size: float = DEFAULT_CELL_SIZE,
         damage: Mapping[str, float] | str = DamageWeights(),
     ) -> FloorPlan:
-        """Make a plan of its text: the rows, separated by newlines; blank lines before and after them are ignored.
+        """Parse the text of a plan: rows separated by newlines, ignoring blank lines before and after them.
 
         The cell size is in metres, the damage as `DamageWeights.of` takes it.
 
         Raises:
-            FloorPlanError: The text is not a valid plan. The message says what is wrong and where.
+            FloorPlanError: The text is not a valid plan. The message names the problems and their places.
         """
         check_kind("the text of a floor plan", text, str)
         check_kind("the name of a floor plan", name, str)
@@ -133,7 +132,7 @@ class FloorPlan:
         return plan
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what is pickled: nothing that can be worked out again, which would be a hundred times as much."""
+        """Return the fields only: cached properties would make a pickle a hundred times larger."""
         return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
 
     # -- What stands where -----------------------------------------------------------------------
@@ -157,7 +156,7 @@ class FloorPlan:
         return np.array([list(row) for row in self.rows])
 
     def cells_of(self, *kinds: str) -> tuple[Cell, ...]:
-        """Return all cells that bear one of the characters, in reading order."""
+        """Return all cells with one of the characters, in reading order."""
         return tuple((row, column) for row, column in np.argwhere(np.isin(self.symbols, kinds)).tolist())
 
     @functools.cached_property
@@ -171,17 +170,17 @@ class FloorPlan:
 
     @functools.cached_property
     def tables(self) -> tuple[Cell, ...]:
-        """All tables, with something on them or bare."""
+        """All tables, bare or not."""
         return self.cells_of(*(kind.symbol for kind in kinds_at(Where.ON_TABLE, Where.FURNITURE)))
 
     @functools.cached_property
     def candle_tables(self) -> tuple[int, ...]:
-        """For each candle the index of the table on which it starts."""
+        """Index of the table on which each candle starts."""
         return tuple(map(self.tables.index, self._cells_at(Where.ON_TABLE)))
 
     @functools.cached_property
     def floor_cells(self) -> tuple[int, ...]:
-        """For each hazard on the floor the index of the free cell in which it lies."""
+        """Index of the free cell of each hazard on the floor."""
         return tuple(map(self.free_cells.index, self._cells_at(Where.FLOOR)))
 
     @functools.cached_property
@@ -190,12 +189,12 @@ class FloorPlan:
 
     @functools.cached_property
     def hazards(self) -> Hazards:
-        """What a child can be hurt by and a caregiver can do something about."""
+        """All hazards that a caregiver can do something about."""
         kinds = kinds_at(Where.OPENING) + kinds_at(Where.ON_TABLE) + kinds_at(Where.FLOOR)
         return Hazards(tuple(kind for kind in kinds for _ in self.cells_of(kind.symbol)), self.damage)
 
     def _cells_at(self, where: Where) -> tuple[Cell, ...]:
-        """The cells of the hazards in one place, kind by kind."""
+        """Return the cells of the hazards in one place, kind by kind."""
         return tuple(cell for kind in kinds_at(where) for cell in self.cells_of(kind.symbol))
 
     @functools.cached_property
@@ -206,17 +205,17 @@ class FloorPlan:
 
     @functools.cached_property
     def caregiver_cells(self) -> tuple[Cell, ...]:
-        """Where the caregiver can stand: the free cells, then the landings that are not fenced."""
+        """The cells in which the caregiver can stand: the free cells, then the landings that are not fenced."""
         return self.free_cells + self.landings
 
     @functools.cached_property
     def starts(self) -> np.ndarray:
-        """Where an episode can begin: the indices in `caregiver_cells` of those in which nothing lies."""
+        """Start cells of an episode: indices into `caregiver_cells` of those without a thing on the floor."""
         return np.setdiff1d(np.arange(len(self.caregiver_cells)), self.floor_cells)
 
     @functools.cached_property
     def cell_index(self) -> dict[Cell, int]:
-        """The index in `caregiver_cells` of a cell (for free cells, also that in `free_cells`)."""
+        """Index of each cell in `caregiver_cells`, for free cells also in `free_cells`."""
         return {cell: i for i, cell in enumerate(self.caregiver_cells)}
 
     # -- Where the cells lie in the house --------------------------------------------------------
@@ -227,7 +226,7 @@ class FloorPlan:
         return np.array([cell[1] - (width - 1) / 2, (height - 1) / 2 - cell[0]]) * self.cell_size
 
     def cell_at(self, position: np.ndarray | Sequence[float]) -> Cell:
-        """Return the cell that holds a point (2,) in metres; points outside count to the nearest cell."""
+        """Return the cell of a point (2,) in metres; outside the plan, the nearest cell."""
         height, width = self.shape
         column = round(float(position[0]) / self.cell_size + (width - 1) / 2)
         row = round((height - 1) / 2 - float(position[1]) / self.cell_size)
@@ -235,28 +234,27 @@ class FloorPlan:
 
     @functools.cached_property
     def landings(self) -> tuple[Cell, ...]:
-        """The stairwells in which the caregiver can stand, the first of `stairwells`."""
+        """The stairwells in which the caregiver can stand, which are the first of `stairwells`."""
         return tuple(cell for cell in self.stairwells if self[cell] not in _FENCED)
 
     @functools.cached_property
     def posts(self) -> tuple[Cell, ...]:
-        """Where the caregiver stands to protect a child from each stairwell: its landing, or before its gate."""
+        """The cell from which the caregiver guards each stairwell: its landing, or the cell before its gate."""
         return tuple(self.mouths.get(cell, cell) for cell in self.stairwells)
 
     @functools.cached_property
     def mouths(self) -> dict[Cell, Cell]:
-        """The free cell from which each fenced landing is entered: opposite to its stairs."""
+        """The free cell from which each fenced landing is entered, opposite to its stairs."""
         pairs = zip(self.stairwells, self.stair_directions, strict=True)
         return {c: (c[0] - step[0], c[1] - step[1]) for c, step in pairs if step and self[c] in _FENCED}
 
     @functools.cached_property
     def stair_directions(self) -> tuple[Cell | None, ...]:
-        """Where the stairs of each stairwell go down: the step (row, column) from its landing into a wall.
+        """Direction of each stairwell's stairs: the step (row, column) from its landing into a wall.
 
-        The wall cell must have walls to both sides and none but wall behind it, so that the stairs do not break into a
-        room; being deeper than a wall is thick, they would stick out of its other face. A wall opposite to
-        a free cell is preferred (one walks straight on), then an outer wall, then the order of `ACTIONS`. A stairwell
-        without such a wall has None; no two have the same wall cell.
+        The wall cell must have walls on both sides and nothing but wall behind it, because the stairs are deeper than a
+        wall and must not break into a room. A wall opposite to a free cell is preferred, then an outer wall, then the
+        order of `ACTIONS`. It is None without such a wall; no two stairwells share a wall cell.
         """
         height, width = self.shape
         taken: set[Cell] = set()
@@ -280,7 +278,7 @@ class FloorPlan:
         return tuple(directions)
 
     def is_wall(self, cell: Cell) -> bool:
-        """Return whether a cell is one of the plan, and wall."""
+        """Return whether a cell is a wall of the plan."""
         height, width = self.shape
         return 0 <= cell[0] < height and 0 <= cell[1] < width and self[cell] == WALL
 
@@ -292,7 +290,7 @@ class FloorPlan:
 
 
 def check_house(made: Any, plan: FloorPlan) -> None:
-    """Raise CaregiverError unless something with a `plan`, a caregiver or a child, was made for this house."""
+    """Raise CaregiverError unless a caregiver or a child was made for this house."""
     if not hasattr(made, "plan"):
         raise CaregiverError(
             f"{type(made).__name__} has no plan: its __init__ must call super().__init__ with the house, which keeps it"
@@ -305,7 +303,7 @@ def check_house(made: Any, plan: FloorPlan) -> None:
 
 
 def check_starts(plan: FloorPlan, children: int = 1) -> None:
-    """Raise CaregiverError unless children and a robot can start in cells of their own."""
+    """Raise CaregiverError unless children and a robot can start in different cells."""
     cells, need = len(plan.starts), children + 1
     if not plan.landings and cells < need:
         raise CaregiverError(
@@ -314,7 +312,7 @@ def check_starts(plan: FloorPlan, children: int = 1) -> None:
 
 
 def house_names() -> tuple[str, ...]:
-    """Return the names of the floor plans that come with the package."""
+    """Return the names of the package's floor plans."""
     return tuple(sorted(f.name.removesuffix(".txt") for f in _houses_folder().iterdir() if f.name.endswith(".txt")))
 
 
@@ -323,8 +321,8 @@ def _houses_folder() -> Traversable:
 
 
 def validate(plan: FloorPlan, first_line: int) -> None:
-    """Raise FloorPlanError, with all that is wrong with a plan that begins in a line of a text, counted from 1."""
-    # One after the other: what is asked next would be in vain, or follow from what is wrong already.
+    """Raise FloorPlanError with all problems of a plan, which begins in line `first_line` of its text, from 1."""
+    # In this order, because later problems may follow from earlier ones.
     for problems in (_of_rows, _of_border, _of_cells):
         if found := list(problems(plan, first_line)):
             messages, excerpts = zip(*found, strict=True)
@@ -335,7 +333,7 @@ def _at(plan: FloorPlan, first_line: int, cell: Cell, problem: str) -> _Problem:
     row, column = cell
     line = str(row + first_line)
     first = max(0, column - _EXCERPT // 2)
-    # What is no ASCII may be wide, or change the direction of the text.
+    # Other characters than ASCII may be wide, or change the direction of the text.
     shown = "".join(one if " " <= one <= "~" else "?" for one in plan.rows[row][first : first + _EXCERPT])
     excerpt = f"{line} | {shown}\n{' ' * len(line)} | {' ' * (column - first)}^"
     return f"floor plan '{plan.name}' line {line}, column {column + 1}: {problem}", excerpt
@@ -368,7 +366,7 @@ def _of_border(plan: FloorPlan, first_line: int) -> Iterator[_Problem]:
 
 
 def _and_more(wrong: list[int]) -> str:
-    """What to add to what is wrong with the first of some cells of a row."""
+    """Return the end of a message about the first of some wrong cells of a row."""
     return f", and {len(wrong) - 1} more in this line" if len(wrong) > 1 else ""
 
 

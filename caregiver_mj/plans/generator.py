@@ -1,7 +1,7 @@
-"""Houses by seed: rooms, corridors and doorways, and things in them as people have them.
+"""Generated houses: rooms, corridors and doorways, furnished as people furnish theirs.
 
-The same request gives the same house on every machine. Every house has something a caregiver can protect a child
-from, and the robot can drive to all that it needs.
+The same request gives the same house on every machine. Every house has a hazard that a caregiver can do something
+about, and the robot can drive to all places that it needs.
 """
 
 from __future__ import annotations
@@ -21,38 +21,38 @@ from caregiver_mj.plans.request import Request, draw, pick
 from caregiver_mj.plans.rooms import Room, Shell, build_shell
 from caregiver_mj.plans.yielding import yielding
 
-_TRIES = (3, 60)  # at least and at most; in between they are the fewer, the larger the house
+_TRIES = (3, 60)  # least and greatest number of tries; larger houses get fewer
 _TRIED_CELLS = 30_000  # within outer walls, in all tries together
-_ROOM_SIDES = (3, 2, 1)  # cells that a room's shorter side has at least, in the first tries and in later ones
-DRIVING = 0.34  # metres from the base's centre to anything while it drives: its radius of 0.27, and 0.07
-STANDING = 0.32  # metres while it stands
-TURNING = 0.52  # metres to walls and stairs while it turns with a candle in its hand
-REACH = 0.70  # metres from the base's centre to a candle on a table
-# What lies round a cell, from north, clockwise.
+_ROOM_SIDES = (3, 2, 1)  # cells; least length of a room's shorter side, in earlier and later tries
+DRIVING = 0.34  # m; clearance of the base's centre while driving: its radius of 0.27, and 0.07
+STANDING = 0.32  # m; clearance while standing
+TURNING = 0.52  # m; clearance from walls and stairs while turning with a candle in the hand
+REACH = 0.70  # m; from the base's centre to a candle on a table
+# Neighbours of a cell, clockwise from north.
 _RING: tuple[Cell, ...] = ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1))
-_NEAR_DOORWAY = 3  # cells from a doorway within which one passes on the way to it
-_SPACIOUS = 4  # cells that the shorter side of a room has at least, to have a table in its middle
+_NEAR_DOORWAY = 3  # cells; distance from a doorway that counts as the way to it
+_SPACIOUS = 4  # cells; least length of a room's shorter side for a table in its middle
 
 
 def generate(seed: int, size: tuple[int, int] | None = None, **wishes: Any) -> FloorPlan:
-    """Make a house, which `FloorPlan.load` gives again by its name. What is not given is drawn from the seed.
+    """Generate a house, which `FloorPlan.load` makes again by its name.
 
     Args:
-        seed: Where all chance comes from.
+        seed: Seed of everything that is not given.
         size: Columns and rows, outer walls included.
-        wishes: What else it shall have, such as `rooms=3`; see `Request`.
+        wishes: Further fields of `Request`, such as `rooms=3`.
 
     Raises:
-        FloorPlanError: There can be no such house, or none was found.
+        FloorPlanError: The request is impossible, or no house was found.
     """
     return design(Request(seed, size, **wishes))[0]
 
 
 def design(request: Request) -> tuple[FloorPlan, Shell]:
-    """Make a house, as `generate` does; return its walls, with their rooms and doorways, beside the floor plan.
+    """Generate a house, like `generate`; return its floor plan and its shell.
 
     Raises:
-        FloorPlanError: There can be no such house, or none was found.
+        FloorPlanError: The request is impossible, or no house was found.
     """
     request.check()
     (width, height), counts = request.settled()
@@ -70,9 +70,9 @@ def design(request: Request) -> tuple[FloorPlan, Shell]:
 
 
 def furnished(random: np.random.RandomState, shell: Shell, counts: Sequence[int], name: str) -> FloorPlan | None:
-    """Return the plan of a house into which things have been put, if it is valid and drivable.
+    """Furnish a house; return its plan, or None unless it is valid and drivable.
 
-    The counts are of stairwells, candles, bare tables and bins, and of what a home has besides: gates, mugs, batteries.
+    The counts are of stairwells, candles, bare tables and bins, and optionally of gates, mugs and batteries.
     """
     stairwells, candles, tables, bins, gates, mugs, batteries = (*counts, 0, 0, 0)[:7]
     tables_with = {CANDLE: candles, MUG.symbol: mugs, TABLE: tables}
@@ -95,22 +95,22 @@ def furnished(random: np.random.RandomState, shell: Shell, counts: Sequence[int]
 
 
 def _gated(random: np.random.RandomState, plan: FloorPlan, gates: int) -> list[Cell]:
-    """Draw some of the stairwells that have room for a gate: opposite to their stairs is a free cell, and bare."""
+    """Draw some of the stairwells with room for a gate: an empty free cell opposite to their stairs."""
     ways = zip(plan.stairwells, plan.stair_directions, strict=True)
     possible = [(row, column) for (row, column), step in ways if step and plan[row - step[0], column - step[1]] == FREE]
     return [possible[i] for i in random.permutation(len(possible))[:gates].tolist()]
 
 
 def is_drivable(plan: FloorPlan) -> bool:
-    """Return whether the robot gets everywhere in a house: to every free cell, landing and table, and away again.
+    """Return whether the robot can drive to every free cell, landing and table, and back.
 
-    Worked out from the shapes in `layout` alone, exactly, by the clearances that the robot's own navigation keeps.
+    Computed from the shapes in `layout`, with the clearances of the robot's navigation.
     """
-    from scipy.sparse import coo_array, csgraph  # here, for it takes as long to import as all else of the plans
+    from scipy.sparse import coo_array, csgraph  # imported here because it is slow
 
     layout, free = Layout(plan), len(plan.free_cells)
     legs = _legs(plan, layout.obstacles)
-    on_floor = legs[(legs < free).all(axis=1)]  # landings are no way through
+    on_floor = legs[(legs < free).all(axis=1)]  # landings are dead ends
     graph = coo_array((np.ones(len(on_floor)), on_floor.T), shape=(free, free))
     if csgraph.connected_components(graph, directed=False)[0] > 1:
         return False
@@ -121,7 +121,7 @@ def is_drivable(plan: FloorPlan) -> bool:
 
 
 def _tables_within_reach(layout: Layout) -> list[int]:
-    """The tables at which the robot can work from some free cell beside them, and turn there with a candle."""
+    """Return the tables at which the robot can work from a free cell beside them, and turn with a candle."""
     plan = layout.plan
     beside = plan.graph.beside(plan.tables)
     stands = [(table, cell) for table, cells in enumerate(beside) for cell in cells if not yielding(plan).traps[cell]]
@@ -146,7 +146,7 @@ def _legs(plan: FloorPlan, obstacles: np.ndarray) -> np.ndarray:
 
 
 def _clearance(centres: np.ndarray, halves: np.ndarray, obstacles: np.ndarray) -> np.ndarray:
-    """Metres from straight ways along the axes, by middle and half extent (n, 2), to the nearest rectangle: (n,)."""
+    """Return the distance of axis-parallel ways, given by centre and half extent (n, 2), from obstacles, (n,), m."""
     nearest = np.full(len(centres), np.inf)
     for x, y, half_x, half_y in obstacles:
         gap = np.maximum(np.abs(centres - [x, y]) - halves - [half_x, half_y], 0)
@@ -154,19 +154,19 @@ def _clearance(centres: np.ndarray, halves: np.ndarray, obstacles: np.ndarray) -
     return nearest
 
 
-# -- Furniture and stairwells, where people have them and nowhere in the way ----------------------------
+# -- Furniture and stairwells ---------------------------------------------------------------------------
 
 
 class Spot(enum.Enum):
-    """Where in a room something stands."""
+    """A kind of place in a room."""
 
     CORNER = enum.auto()
     WALL = enum.auto()
     OPEN = enum.auto()
-    WAY = enum.auto()  # where one passes to a doorway, but not before it
+    WAY = enum.auto()  # on the way to a doorway, but not before it
 
 
-# Where people have what, in percent; what finds no such place left takes the next best, in this order.
+# Usual places of things, in percent, in the order of preference if the drawn one is taken.
 _HABITS = {
     STAIRWELL: {Spot.WALL: 48, Spot.CORNER: 30, Spot.WAY: 17, Spot.OPEN: 5},
     BIN: {Spot.CORNER: 65, Spot.WALL: 35, Spot.OPEN: 0},
@@ -181,10 +181,17 @@ def furnish(
     tables: dict[str, int],
     on_floor: dict[str, int],
 ) -> np.ndarray | None:
-    """Put things into a house such that none of them divides a room, and a free cell remains beside each thing.
+    """Furnish a house so that no thing divides a room, and each thing keeps a free cell beside it.
 
-    They are counted by their characters: fixtures (stairwells and bins), tables, and small things on the floor, where
-    these do not lie in the way either. The house is characters (rows, columns), None if no place was found for one.
+    Args:
+        random: Source of randomness.
+        shell: The house without furniture.
+        fixtures: Numbers of stairwells and bins, by character.
+        tables: Numbers of tables, by character.
+        on_floor: Numbers of small things on the floor, by character.
+
+    Returns:
+        Characters (rows, columns), or None if a thing finds no place.
     """
     house = _Furnished(shell)
     of_tables = random.permutation(_each(tables)).tolist()
@@ -208,7 +215,7 @@ class _Furnished:
         north, _, east, _, south, _, west, _ = _ring(wall)
         self._walls = north.astype(int) + east + south + west
         self._is_corner = (north | south) & (east | west)
-        self._outer = np.zeros(shell.shape, bool)  # stairs need a wall with nothing behind it
+        self._outer = np.zeros(shell.shape, bool)  # beside outer walls, which stairs need
         self._outer[[1, -2], :] = self._outer[:, [1, -2]] = True
         self._corridor, self._spacious = np.zeros((2, *shell.shape), bool)
         for room in shell.rooms:
@@ -217,13 +224,13 @@ class _Furnished:
         doorway = np.zeros(shell.shape, bool)
         for cell in shell.doorway_cells:
             doorway[cell] = True
-        self._no_place = _spread(doorway)  # in doorways and before them
+        self._no_place = _spread(doorway)  # doorways and the cells before them
         self._near_doorway = doorway
         for _ in range(_NEAR_DOORWAY):
             self._near_doorway = _spread(self._near_doorway) & (self.grid != WALL)
 
     def find(self, random: np.random.RandomState, kind: str) -> Cell | None:
-        """Draw a cell for a thing, None if there is none."""
+        """Draw a cell for a thing; None if there is none."""
         possible = self._possible(kind)
         habits = _HABITS.get(kind, _HABITS[TABLE])
         first = pick(random, list(habits), list(habits.values()))
@@ -235,12 +242,12 @@ class _Furnished:
         return None
 
     def _possible(self, kind: str) -> np.ndarray:
-        """Where a thing leaves a way everywhere, and everything a free cell beside it: bool (rows, columns)."""
+        """Return the cells where a thing blocks no way and isolates no other thing, bool (rows, columns)."""
         free = self.grid == FREE
         ring = _ring(np.pad(free, 1))
         sides, corners = ring[0::2], ring[1::2]
         links = sum(sides[i] & corners[i] & sides[(i + 1) % 4] for i in range(4))
-        # The free cells on its sides are connected round its corners.
+        # The free cells on its sides must be connected round its corners.
         possible = free & ((sum(sides) - links == 1) | (links == 4)) & ~self._no_place
         thing = ~free & (self.grid != WALL)
         lonely = thing & (sum(sides) == 1)
@@ -249,7 +256,7 @@ class _Furnished:
         return possible & (~self._corridor if kind != STAIRWELL else True)
 
     def _where(self, place: Spot, kind: str) -> np.ndarray:
-        """All cells of a kind of place, free or not: bool (rows, columns)."""
+        """Return all cells of a kind of place, free or not, bool (rows, columns)."""
         if place is Spot.CORNER:
             return self._is_corner & (self._outer if kind == STAIRWELL else True)
         if place is Spot.WALL:
@@ -260,7 +267,7 @@ class _Furnished:
         return self._near_doorway
 
     def _draw_cell(self, random: np.random.RandomState, cells: np.ndarray) -> Cell:
-        """Draw a room, the emptier the rather, and one of the cells in it."""
+        """Draw a room, preferring empty ones, and one of its cells."""
         rooms = [room for room in self._rooms if cells[room.inside].any()]
         weights = [1 + 1000 * room.area // (1 + self._things(room)) ** 2 for room in rooms]
         room = pick(random, rooms, weights)
@@ -273,11 +280,11 @@ class _Furnished:
 
 
 def _ring(padded: np.ndarray) -> list[np.ndarray]:
-    """What lies round each cell, from north clockwise: eight arrays (rows, columns), from one padded by 1."""
+    """Return the neighbours of each cell, clockwise from north: eight arrays (rows, columns), from one padded by 1."""
     height, width = padded.shape[0] - 2, padded.shape[1] - 2
     return [padded[1 + down : 1 + down + height, 1 + right : 1 + right + width] for down, right in _RING]
 
 
 def _spread(mask: np.ndarray, corners: bool = False) -> np.ndarray:
-    """Return the true cells of a mask and those beside them, or also those at their corners."""
+    """Return a mask with the neighbours of its true cells added, with `corners` also the diagonal ones."""
     return np.logical_or.reduce([mask, *_ring(np.pad(mask, 1))[:: 1 if corners else 2]])

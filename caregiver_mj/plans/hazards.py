@@ -1,4 +1,4 @@
-"""Hazards: what a child can be hurt by, one record a kind, and those of a house in one table and one order."""
+"""Hazards: their kinds, and those of a house in one table."""
 
 from __future__ import annotations
 
@@ -14,47 +14,46 @@ import numpy as np
 
 from caregiver_mj.errors import CaregiverError, check_kind
 
-MOST_DAMAGE = 1e6  # of a collision: far from where sums of it are no numbers any more
+MOST_DAMAGE = 1e6  # of a collision; sums of it stay exact enough
 NOTHING = -1  # no hazard, no candle, no table, no action
 _Number = TypeVar("_Number", int, np.ndarray)
 
 
 class Where(enum.Enum):
-    """Where a hazard is. In the table of a house's hazards those of the first place come first, and so on."""
+    """Place of a hazard. The table of a house's hazards is in this order."""
 
     OPENING = enum.auto()  # entering the cell hurts; an occupant blocks it
-    ON_TABLE = enum.auto()  # whoever bumps into the table is hurt; it can be carried to another one
+    ON_TABLE = enum.auto()  # bumping into the table hurts; the thing can be carried to another table
     FLOOR = enum.auto()  # entering the cell takes it and hurts, once; the cell is free
     FURNITURE = enum.auto()  # the table itself
 
 
 class State(enum.IntEnum):
-    """What has become of a hazard. Verbs declare what they leave, and the worlds know what it means."""
+    """State of a hazard. Verbs declare the state that they leave; the worlds apply it."""
 
     AS_PLANNED = 0
     SHUT = 1  # an opening that no child gets through
-    GONE = 2  # off the floor: a child has taken it, or the caregiver
+    GONE = 2  # off the floor, taken by a child or by the caregiver
 
 
 @dataclasses.dataclass(frozen=True)
 class HazardKind:
-    """A kind of thing that hurts a child: all that is said of it, but for its model.
+    """A kind of hazard, without its model.
 
     Attributes:
-        name: What it is called in sentences, in columns (`damage_candle`) and in the scene (`candle_0/...`).
-        symbol: Its character in floor plans, and in labels such as "C1".
-        where: Where it is.
-        damage: Damage of one collision with it, by default (paper, section V.B).
-        verb: Name of the verb that protects the children from it; None if nothing does, and it is no `Hazard`.
-        cell: What its cell is called, one and several.
-        at: Where the damage is done, in tables.
-        harm: What does it, in a sentence.
-        model: Its file in `models/`. Its first geom is what is touched; of what is carried, it is the upright cylinder
-            by which that is gripped.
-        colour: What it is drawn in: red, green, blue, of 255.
-        fenced: Whether it is entered only from the side opposite to its stairs. The caregiver does not enter it at all.
-        grip: How far above its foot it is gripped, of what is carried, metres.
-        upset: Tilt from upright beyond which it has fallen, or spilt, likewise, degrees.
+        name: Name in sentences, in columns (`damage_candle`) and in the scene (`candle_0/...`).
+        symbol: Character in floor plans, and in labels such as "C1".
+        where: Its place.
+        damage: Default damage of one collision (paper, section V.B).
+        verb: Name of the verb against it; None if there is none, so that it is no `Hazard`.
+        cell: Names of its cell, singular and plural.
+        at: Place of the damage, in tables.
+        harm: Cause of the damage, in a sentence.
+        model: File in `models/`. Its first geom is the one to touch; of a carried thing, the upright cylinder to grip.
+        colour: Colour in drawings: red, green, blue, 0 to 255.
+        fenced: Whether it can be entered only from the side opposite to its stairs, and by children only.
+        grip: Height of the grip above the foot of a carried thing, m.
+        upset: Tilt beyond which a carried thing has fallen or spilt, degrees.
     """
 
     name: str
@@ -105,27 +104,27 @@ BATTERY = HazardKind(
     cell=("free cell with a battery", "free cells with batteries"), at="batteries",
     harm="takes batteries off the floor", model="battery", colour=(186, 192, 206),
 )  # fmt: skip
-KINDS = (STAIRWELL, CANDLE, TABLE, GATE, MUG, BATTERY)  # a kind of your own is a record here, and a model
-_IN_SHORT = tuple(kind.name for kind in (STAIRWELL, CANDLE, TABLE))  # of "5:4:1"
+KINDS = (STAIRWELL, CANDLE, TABLE, GATE, MUG, BATTERY)  # a new kind needs a record here, and a model
+_IN_SHORT = tuple(kind.name for kind in (STAIRWELL, CANDLE, TABLE))  # kinds of the short form "5:4:1"
 
 
 def kinds_at(*where: Where) -> tuple[HazardKind, ...]:
-    """Return the kinds that are in some place, in the order of `KINDS`, but those with a fence last."""
+    """Return the kinds in some places, in the order of `KINDS`, with fenced ones last."""
     return tuple(sorted((kind for kind in KINDS if kind.where in where), key=lambda kind: kind.fenced))
 
 
 class DamageWeights(Mapping[str, float]):
-    """Damage of one collision with each kind of thing, by its name. Walls, bins and the caregiver do none.
+    """Damage of one collision with each kind of hazard, by name. Walls, bins and the caregiver do none.
 
-    `DamageWeights(stairwell=20)`, or of stairwell, candle and table, `DamageWeights(5, 4, 1)`. What is not given is as
-    by default.
+    Example: `DamageWeights(stairwell=20)`, or for stairwell, candle and table `DamageWeights(5, 4, 1)`. Other kinds have
+    their default damage.
     """
 
     def __init__(self, *in_order: float, **by_name: float):
-        """Take the weights.
+        """Set the weights.
 
         Raises:
-            CaregiverError: One is of no kind, or given twice, or no number in 0 to `MOST_DAMAGE`.
+            CaregiverError: A kind is unknown or given twice, or a number is not in [0, `MOST_DAMAGE`].
         """
         self._weights = {kind.name: kind.damage for kind in KINDS}
         given = dict(zip(_IN_SHORT, in_order, strict=False))
@@ -142,10 +141,10 @@ class DamageWeights(Mapping[str, float]):
 
     @classmethod
     def of(cls, damage: Mapping[str, float] | str) -> DamageWeights:
-        """Make them of "stairwell=5,candle=4", of "5:4:1" (stairwell, candle, table), or of `{"stairwell": 5}`.
+        """Make weights from "stairwell=5,candle=4", "5:4:1" (stairwell, candle, table), or `{"stairwell": 5}`.
 
         Raises:
-            CaregiverError: It is none of these, or a number is out of range, or a kind unknown.
+            CaregiverError: The form is another, a number is out of range, or a kind is unknown.
         """
         if isinstance(damage, Mapping):
             return damage if isinstance(damage, cls) else cls(**{str(name): value for name, value in damage.items()})
@@ -164,7 +163,7 @@ class DamageWeights(Mapping[str, float]):
         return cls(**dict(said))
 
     def __str__(self) -> str:
-        """What `of` makes the same weights of again, as short as can be."""
+        """Return the shortest text from which `of` makes the same weights."""
         said = {name: np.format_float_positional(value, trim="-") for name, value in self.items()}
         if self == DamageWeights(**{name: self[name] for name in _IN_SHORT}):
             return ":".join(said[name] for name in _IN_SHORT)
@@ -193,36 +192,36 @@ class DamageWeights(Mapping[str, float]):
 
 @dataclasses.dataclass(frozen=True)
 class Hazard:
-    """One thing that can hurt a child."""
+    """A hazard of a house."""
 
-    kind: HazardKind  #: what it is
-    index: int  #: its number among those of its kind, from 0, in the floor plan's order
+    kind: HazardKind  #: its kind
+    index: int  #: number among those of its kind, from 0, in the floor plan's order
     damage: float  #: d_o of the paper: damage of one collision with it
 
     def __str__(self) -> str:
-        """Its name in sentences, such as "stairwell 1"."""
+        """Return its name in sentences, such as "stairwell 1"."""
         return f"{self.kind.name} {self.index + 1}"
 
     @property
     def label(self) -> str:
-        """Its name where there is little room, such as "S1"."""
+        """Short name, such as "S1"."""
         return f"{self.kind.symbol}{self.index + 1}"
 
     @property
     def element(self) -> str:
-        """Its name in the scene, such as "stairwell_0", which its parts begin with."""
+        """Name in the scene, such as "stairwell_0", the prefix of its parts."""
         return f"{self.kind.name}_{self.index}"
 
 
 @dataclasses.dataclass(frozen=True)
 class Hazards(Sequence[Hazard]):
-    """All hazards of a house: first those in openings, then those on tables, then those on the floor, kind by kind.
+    """All hazards of a house: those in openings, on tables and on the floor, kind by kind.
 
-    A number of a hazard is its place in this table. The methods take such numbers, or numbers among those in one place,
-    as integers or as integer arrays of any shape, and leave NOTHING as it is.
+    The number of a hazard is its index in this table. The methods take numbers, or indices among the hazards in one
+    place, as integers or as integer arrays of any shape, and pass NOTHING through.
     """
 
-    kinds: tuple[HazardKind, ...]  #: what each of them is
+    kinds: tuple[HazardKind, ...]  #: kind of each hazard
     weights: DamageWeights = DamageWeights()  #: damage of a collision with each kind
 
     def __len__(self) -> int:
@@ -246,24 +245,24 @@ class Hazards(Sequence[Hazard]):
 
     @functools.cached_property
     def _spans(self) -> dict[Where, tuple[int, int]]:
-        """The numbers of those in each place: the first, and that after the last."""
+        """First number, and that after the last, of the hazards in each place."""
         counts = [sum(kind.where is where for kind in self.kinds) for where in Where]
         ends = np.cumsum(counts).tolist()
         return {where: (end - count, end) for where, count, end in zip(Where, counts, ends, strict=True)}
 
     def at(self, where: Where) -> list[Hazard]:
-        """Return those in one place."""
+        """Return the hazards in one place."""
         return list(self)[slice(*self._spans[where])]
 
     def worst(self, where: Where) -> float:
-        """Return the greatest damage of those in one place; 0 if there are none."""
+        """Return the greatest damage of the hazards in one place; 0 if there are none."""
         return float(self.damage[slice(*self._spans[where])].max(initial=0.0))
 
     def number(self, where: Where, index: _Number) -> _Number:
-        """Return the numbers of hazards by their numbers among those in one place.
+        """Return the numbers of hazards, given their indices among those in one place.
 
         Raises:
-            CaregiverError: There is no such hazard there.
+            CaregiverError: An index is out of range.
         """
         first, end = self._spans[where]
         wrong = np.less(index, NOTHING) | np.greater_equal(index, end - first)
@@ -276,20 +275,20 @@ class Hazards(Sequence[Hazard]):
         return found if isinstance(index, np.ndarray) else int(found)
 
     def among(self, where: Where, number: _Number) -> _Number:
-        """Return the numbers of hazards among those in one place, NOTHING for those that are not there."""
+        """Return the indices of hazards among those in one place, NOTHING for hazards elsewhere."""
         found = np.where(self.are_at(where, number), np.subtract(number, self._spans[where][0]), NOTHING)
         return found if isinstance(number, np.ndarray) else int(found)
 
     def are_at(self, where: Where, number: int | np.ndarray) -> np.ndarray:
-        """Return whether hazards are in one place."""
+        """Return whether each hazard is in one place."""
         first, end = self._spans[where]
         return np.asarray(np.greater_equal(number, first) & np.less(number, end))
 
     def join(self, openings: np.ndarray, on_tables: np.ndarray, on_floor: np.ndarray) -> np.ndarray:
-        """Return values of hazards (..., hazards) of those in openings, on tables and on the floor."""
+        """Join values of hazards in openings, on tables and on the floor into (..., hazards)."""
         return np.concatenate([openings, on_tables, on_floor], axis=-1)
 
     def split(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the reverse of `join`."""
+        """Return the inverse of `join`."""
         (_, openings), (_, on_tables) = self._spans[Where.OPENING], self._spans[Where.ON_TABLE]
         return values[..., :openings], values[..., openings:on_tables], values[..., on_tables:]
