@@ -116,8 +116,8 @@ def kinds_at(*where: Where) -> tuple[HazardKind, ...]:
 class DamageWeights(Mapping[str, float]):
     """Damage of one collision with each kind of hazard, by name. Walls, bins and the caregiver do none.
 
-    Example: `DamageWeights(stairwell=20)`, or for stairwell, candle and table `DamageWeights(5, 4, 1)`. Other kinds have
-    their default damage.
+    Example: `DamageWeights(stairwell=20)`, or for stairwell, candle and table `DamageWeights(5, 4, 1)`. Other kinds
+    have their default damage.
     """
 
     def __init__(self, *in_order: float, **by_name: float):

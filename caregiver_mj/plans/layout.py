@@ -1,9 +1,9 @@
-"""Metric geometry of a floor plan: where its walls, furniture and stairs lie on the ground, in metres.
+"""Metric geometry of a floor plan: the footprints of its walls, furniture and stairs.
 
-The scene is built from these shapes and the robot plans its paths round them. A shape is a rectangle
-``[x_centre, y_centre, half_x, half_y]``, parallel to the axes; many of them are an array (n, 4).
+The scene consists of these shapes, and the robot plans its paths round them. A shape is an axis-parallel rectangle
+``[x_centre, y_centre, half_x, half_y]`` in metres; several are an array (n, 4).
 
-A wall of the plan fills a whole cell, one of the house is thin. Every cell is therefore split into 3 x 3 parts,
+A wall of the plan fills a whole cell, but walls of the house are thin. Every cell is therefore split into 3 x 3 parts,
 the middle one as wide as a wall, and only the parts that connect neighbouring walls are solid.
 """
 
@@ -21,14 +21,14 @@ from caregiver_mj.plans.cell_graph import WALL, Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import HazardKind, Where
 
-WALL_THICKNESS = 0.25  # metres, as of a brick wall
-GATE_OPEN, GATE_SHUT = math.radians(78.0), math.radians(1.0)  # how far gates stand open at first; latched, at most
-WALL_HEIGHT = 0.90  # metres; cut low like a doll's house, so that cameras see in
-CEILING = 2.4  # metres above the floor, where cameras hang
+WALL_THICKNESS = 0.25  # m; a brick wall
+GATE_OPEN, GATE_SHUT = math.radians(78.0), math.radians(1.0)  # rad; initial angle of gates, greatest angle if latched
+WALL_HEIGHT = 0.90  # m; low, so that cameras see into the house
+CEILING = 2.4  # m above the floor; height of ceiling cameras
 
 
 def _find(model: str, tag: str, name: str) -> ElementTree.Element:
-    """The element of a name in a model."""
+    """Return the element with a name in a model."""
     (found,) = _model(model).findall(f".//worldbody//{tag}[@name='{name}']")
     return found
 
@@ -44,7 +44,7 @@ def _numbers(element: ElementTree.Element, attribute: str) -> tuple[float, ...]:
 
 
 def _size(model: str, geom: str, number: int = 0) -> float:
-    """A number of the size of a geom in a model, metres."""
+    """Return a component of the size of a geom in a model, m."""
     return _numbers(_find(model, "geom", geom), "size")[number]
 
 
@@ -57,17 +57,17 @@ CHILD_RADIUS = _size("toddler", "body")
 
 
 class Thing(NamedTuple):
-    """What a hand must know of a thing that it carries, metres."""
+    """Dimensions of a thing to carry, m."""
 
-    radius: float  # of the upright cylinder by which it is gripped
+    radius: float  # of the upright cylinder to grip
     height: float  # of its top above its foot
-    width: float  # radius of the widest upright cylinder of it
-    grip: float  # how far above its foot it is gripped
+    width: float  # radius of its widest upright cylinder
+    grip: float  # height of the grip above its foot
 
 
 @functools.cache
 def thing(kind: HazardKind) -> Thing:
-    """Return the size of what stands on tables, as its model has it, and where it is gripped."""
+    """Return the dimensions of a kind of thing on tables, from its model."""
     cylinders = _model(kind.model).findall("./worldbody/body/geom[@type='cylinder']")
     sizes = [_numbers(geom, "size") for geom in cylinders if geom.get("class") != "visual"]
     (radius, half_height), (_, _, middle) = sizes[0], _numbers(cylinders[0], "pos")
@@ -75,14 +75,14 @@ def thing(kind: HazardKind) -> Thing:
 
 
 def things(plan: FloorPlan) -> tuple[Thing, ...]:
-    """Return the sizes of all that stands on a plan's tables, in the order of `plan.candle_tables`."""
+    """Return the dimensions of all things on a plan's tables, in the order of `plan.candle_tables`."""
     return tuple(thing(hazard.kind) for hazard in plan.hazards.at(Where.ON_TABLE))
 
 
 class Gate(NamedTuple):
-    """A gate, seen from the middle of its landing: x towards the stairs, y to the left, metres."""
+    """A gate, in the frame of its landing's middle: x towards the stairs, y to the left, m."""
 
-    hinge: tuple[float, float]  # where its panel hangs, (x, y); closed, it reaches from there towards -y
+    hinge: tuple[float, float]  # place of the hinge, (x, y); the closed panel extends from there towards -y
     length: float  # from the hinge to the panel's other end
     height: float  # of the panel's top above the floor
 
@@ -98,17 +98,17 @@ def gate() -> Gate:
 
 
 def gate_frames(plan: FloorPlan) -> list[tuple[float, float, float]]:
-    """Return the landings behind gates, as `Gate` sees them: x and y of the middle, and the yaw of the way down."""
+    """Return the frames of the landings behind gates, as of `Gate`: x and y, m, and the yaw of the way down, rad."""
     pairs = ((plan.position(cell).tolist(), cell, mouth) for cell, mouth in plan.mouths.items())
     return [(x, y, math.atan2(mouth[0] - cell[0], cell[1] - mouth[1])) for (x, y), cell, mouth in pairs]
 
 
 class Layout:
-    """The shapes of one house. Each is worked out once, when it is first asked for; arrays are not to be written to.
+    """The shapes of a house, computed on first use. Do not write to the arrays.
 
     Attributes:
         plan: The floor plan.
-        wall_thickness: Metres, at most a third of a cell.
+        wall_thickness: In metres, at most a third of a cell.
     """
 
     def __init__(self, plan: FloorPlan):
@@ -118,7 +118,7 @@ class Layout:
 
     @functools.cached_property
     def walls(self) -> np.ndarray:
-        """The solid parts of all walls, (n, 4), disjoint. Openings for stairs are left out."""
+        """The solid parts of all walls, without openings for stairs, (n, 4), disjoint."""
         return _rectangles(self._solid, *self._part_edges)
 
     @functools.cached_property
@@ -133,17 +133,17 @@ class Layout:
 
     @functools.cached_property
     def stairs(self) -> np.ndarray:
-        """The openings in which stairs go down, (n, 4); nothing on wheels may enter them."""
+        """The openings of stairs, (n, 4), which wheels must not enter."""
         return self._squares(self._alcoves, self.plan.cell_size / 2)
 
     @property
     def high(self) -> np.ndarray:
-        """What is as high as a carried candle, (n, 4): walls, and stairs, which go down between panels as high."""
+        """Obstacles at the height of a carried candle, (n, 4): walls, and the panels beside stairs."""
         return np.concatenate([self.walls, self.stairs])
 
     @property
     def obstacles(self) -> np.ndarray:
-        """Everything that a wheeled base must keep clear of, (n, 4): walls, furniture, stairs and fences."""
+        """Obstacles of a wheeled base, (n, 4): walls, furniture, stairs and fences."""
         return np.concatenate([self.walls, self.tables, self.bins, self.stairs, self.fenced])
 
     @functools.cached_property
@@ -153,11 +153,11 @@ class Layout:
 
     @property
     def floor(self) -> np.ndarray:
-        """The floor of the house, also under its walls and furniture, (n, 4), disjoint. Stairs are holes in it."""
+        """The floor of the house, also under walls and furniture, without stairs, (n, 4), disjoint."""
         return _rectangles(~self._outside & ~self._at_alcove, *self._part_edges)
 
     def ground(self, margin: float) -> np.ndarray:
-        """Return the ground outside of the house as far as `margin` metres from the plan's border, (n, 4), disjoint."""
+        """Return the ground outside the house, up to `margin` metres from the plan's border, (n, 4), disjoint."""
         x, y = (np.concatenate([[e[0]], e, [e[-1]]]) for e in self._part_edges)
         x[[0, -1]] += [-margin, margin]
         y[[0, -1]] += [margin, -margin]
@@ -165,9 +165,9 @@ class Layout:
 
     @functools.cached_property
     def doorways(self) -> tuple[tuple[Cell, Cell], ...]:
-        """Free cells that lead through a wall, each with the step (row, column) along which one passes it.
+        """Free cells that lead through a wall, each with the step (row, column) along which it is passed.
 
-        Walls are on two opposite sides, none on the others. The cells of a narrow corridor are no doorways.
+        They have walls on two opposite sides and none on the others. The cells of a narrow corridor are no doorways.
         """
         passages = {
             (cell, (down, right))
@@ -186,7 +186,7 @@ class Layout:
 
     @functools.cached_property
     def rooms(self) -> tuple[np.ndarray, ...]:
-        """The rooms between walls and doorways, each a mask (rows, columns) of its cells, furnished or not."""
+        """The rooms between walls and doorways, each a mask (rows, columns) of its cells."""
         inside = ~self._wall
         for cell, _ in self.doorways:
             inside[cell] = False
@@ -196,8 +196,8 @@ class Layout:
     def wall_places(self) -> list[tuple[np.ndarray, float]]:
         """Return places for decorations: points (2,) at the foot of a wall, in metres, and the yaw that faces the room.
 
-        Each has (cell - wall) / 2 of depth before the cell of the room begins, and is a cell wide. Walls to the south
-        of a room have none, as the overview camera sees only their backs.
+        Each is a cell wide and (cell - wall) / 2 deep. Walls to the south of a room have none, because the overview
+        camera sees only their backs.
         """
         plan, alcoves, no_place = self.plan, self._alcoves, {cell for cell, _ in self.doorways}
         half_wall = self.wall_thickness / 2
@@ -214,13 +214,13 @@ class Layout:
 
     @functools.cached_property
     def _alcoves(self) -> tuple[Cell, ...]:
-        """The wall cells in which stairs go down."""
+        """The wall cells of stairs."""
         pairs = zip(self.plan.stairwells, self.plan.stair_directions, strict=True)
         return tuple((cell[0] + step[0], cell[1] + step[1]) for cell, step in pairs if step is not None)
 
     @functools.cached_property
     def _at_alcove(self) -> np.ndarray:
-        """Mask (3 rows, 3 columns) of the parts that belong to stairs."""
+        """Mask of the parts of stairs, (3 rows, 3 columns)."""
         mask = np.zeros(self.plan.shape, bool)
         for cell in self._alcoves:
             mask[cell] = True
@@ -228,10 +228,10 @@ class Layout:
 
     @functools.cached_property
     def _solid(self) -> np.ndarray:
-        """Mask (3 rows, 3 columns) of the parts that are solid wall.
+        """Mask of the solid parts, (3 rows, 3 columns).
 
         A part at an edge of its cell is solid if the neighbour there is wall too, a part in a corner if all three
-        neighbours there are. Neighbours of stairs treat them as wall, so that their walls reach up to them.
+        neighbours there are. Stairs count as wall for their neighbours, so that walls reach up to them.
         """
         wall = self._wall
         height, width = wall.shape
@@ -250,14 +250,14 @@ class Layout:
 
     @functools.cached_property
     def _outside(self) -> np.ndarray:
-        """Mask (3 rows, 3 columns) of the parts of the plan that lie outside of the house's walls."""
+        """Mask of the parts outside the house's walls, (3 rows, 3 columns)."""
         passable = np.pad(~self._solid & ~self._at_alcove, 1, constant_values=True)
         part = _parts(passable)
         return (part == part[0, 0])[1:-1, 1:-1]
 
     @functools.cached_property
     def _part_edges(self) -> tuple[np.ndarray, np.ndarray]:
-        """Borders between the parts of cells: x (3 columns + 1,) ascending, y (3 rows + 1,) descending, in metres."""
+        """Borders between the parts of cells: x (3 columns + 1,) ascending, y (3 rows + 1,) descending, m."""
         half_wall, half_cell = self.wall_thickness / 2, self.plan.cell_size / 2
 
         def edges(count: int) -> np.ndarray:
@@ -268,12 +268,12 @@ class Layout:
         return edges(width), -edges(height)
 
     def _squares(self, cells: tuple[Cell, ...], half_size: float) -> np.ndarray:
-        """Squares in the middle of cells, (n, 4)."""
+        """Return squares in the middle of cells, (n, 4)."""
         return np.array([[*self.plan.position(cell), half_size, half_size] for cell in cells]).reshape(-1, 4)
 
 
 def _parts(mask: np.ndarray) -> np.ndarray:
-    """Number the parts of a mask that touch at no side, by their first cells; cells outside are parts of their own."""
+    """Return the number of each cell's connected part of a mask; cells outside are separate parts."""
     from scipy.sparse import coo_array, csgraph
 
     index = np.arange(mask.size).reshape(mask.shape)
@@ -284,7 +284,7 @@ def _parts(mask: np.ndarray) -> np.ndarray:
 
 
 def largest_rectangle(mask: np.ndarray) -> tuple[Cell, Cell]:
-    """Return the first and the last cell of a largest rectangle within a mask (rows, columns) that has a true cell."""
+    """Return the first and the last cell of a largest rectangle within a mask (rows, columns) with a true cell."""
     best_size, best = 0, ((0, 0), (0, 0))
     for top in range(len(mask)):
         columns = np.ones(mask.shape[1], bool)
@@ -299,9 +299,9 @@ def largest_rectangle(mask: np.ndarray) -> tuple[Cell, Cell]:
 
 
 def _rectangles(mask: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Few disjoint rectangles (n, 4) that cover the true parts of a mask: runs along rows, alike ones of rows merged.
+    """Return few disjoint rectangles (n, 4) that cover the true parts of a mask: runs along rows, merged across rows.
 
-    The borders of its columns are x, (columns + 1,), and those of its rows y, (rows + 1,).
+    `x`, (columns + 1,), and `y`, (rows + 1,), are the borders of its columns and rows.
     """
     found = []
     growing: dict[tuple[int, int], int] = {}  # (first column, end column) -> first row
@@ -316,6 +316,6 @@ def _rectangles(mask: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def _runs(parts: np.ndarray) -> list[tuple[int, int]]:
-    """First and end index of every run of true values."""
+    """Return the first and end index of every run of true values."""
     change = np.diff(np.pad(parts, 1).astype(np.int8))
     return list(zip(np.flatnonzero(change == 1).tolist(), np.flatnonzero(change == -1).tolist(), strict=True))

@@ -9,19 +9,19 @@ import numpy as np
 from caregiver_mj.plans.cell_graph import FREE, WALL, Cell
 from caregiver_mj.plans.request import draw, pick
 
-_CORRIDOR_SHARE = 60  # percent of houses of more than three rooms with a corridor
-_BEYOND_SHARE = 50  # percent of those of more than four rooms with rooms beyond the corridor's end
-_WIDE_CORRIDOR_SHARE = 70  # percent of corridors of two cells; the others have one
-_SLIMMEST = 3  # times that a room is as long as wide at most, where that can be helped
-_TWO_CELLS_SHARE = 35  # percent of doorways of two cells, in walls that are long enough
-_WIDE_WALL = 4  # cells of wall between two rooms in which there may be a doorway of two
-_LOOP_SHARE = 15  # percent of the walls without a needed doorway that have one all the same
-_DETOUR = 150  # how much worse a doorway is that leads neither to the corridor nor to the largest room (chance: 100)
+_CORRIDOR_SHARE = 60  # % of houses of more than three rooms have a corridor
+_BEYOND_SHARE = 50  # % of those of more than four rooms have rooms beyond the corridor's end
+_WIDE_CORRIDOR_SHARE = 70  # % of corridors are two cells wide; the others one
+_SLIMMEST = 3  # preferred greatest ratio of a room's length to its width
+_TWO_CELLS_SHARE = 35  # % of doorways in long walls are two cells wide
+_WIDE_WALL = 4  # cells; least length of a wall for a doorway of two cells
+_LOOP_SHARE = 15  # % of the walls that need no doorway have one
+_DETOUR = 150  # extra cost of a doorway that leads neither to the corridor nor to the largest room (random cost: 100)
 
 
 @dataclasses.dataclass(frozen=True)
 class Room:
-    """The cells between walls, a rectangle; first and last row and column are part of it."""
+    """A rectangle of cells between walls, including its last row and column."""
 
     top: int
     left: int
@@ -36,25 +36,25 @@ class Room:
 
     @property
     def area(self) -> int:
-        """Cells."""
+        """Number of cells."""
         return self.sides[0] * self.sides[1]
 
     @property
     def inside(self) -> tuple[slice, slice]:
-        """The room's part of an array (rows, columns)."""
+        """Slices of an array (rows, columns)."""
         return slice(self.top, self.bottom + 1), slice(self.left, self.right + 1)
 
     def part(self, axis: int, first: int, length: int, is_corridor: bool = False) -> Room:
-        """Return some of its rows (axis 0) or columns (1), from the first on, counted from the room's own first."""
+        """Return `length` of its rows (axis 0) or columns (1), from number `first` of its own."""
         if axis == 0:
             return Room(self.top + first, self.left, self.top + first + length - 1, self.right, is_corridor)
         return Room(self.top, self.left + first, self.bottom, self.left + first + length - 1, is_corridor)
 
 
 def split(random: np.random.RandomState, shape: tuple[int, int], count: int, smallest: int) -> list[Room] | None:
-    """Divide a house into so many rooms, a corridor included, with walls of one cell between them; None without space.
+    """Divide a house into `count` rooms, a corridor included, with walls of one cell; None without enough space.
 
-    The shorter side of a room has at least `smallest` cells; that of a corridor may have less.
+    The shorter side of a room has at least `smallest` cells; a corridor may be narrower.
     """
     rooms = [Room(1, 1, shape[0] - 2, shape[1] - 2)]
     if count > 3 and draw(random, 100) < _CORRIDOR_SHARE:
@@ -70,7 +70,7 @@ def split(random: np.random.RandomState, shape: tuple[int, int], count: int, sma
 
 
 def _halves(random: np.random.RandomState, room: Room, smallest: int) -> list[Room]:
-    """Split a room by a wall across its longer side (of two that are about as long, either)."""
+    """Split a room by a wall across its longer side; either side if they are about equal."""
     rows, columns = room.sides
     axis = int(columns > rows)
     if abs(rows - columns) <= 1 and min(rows, columns) > 2 * smallest:
@@ -82,7 +82,7 @@ def _halves(random: np.random.RandomState, room: Room, smallest: int) -> list[Ro
 
 
 def _with_corridor(random: np.random.RandomState, house: Room, rooms: int, smallest: int) -> list[Room] | None:
-    """Lay a corridor along a house, with rooms to both sides, or to one if the house is narrow; None without space."""
+    """Lay a corridor along a house, with rooms on both sides, or on one in a narrow house; None without space."""
     axis = int(house.sides[0] > house.sides[1])  # across the corridor
     beyond = []
     if rooms > 4 and house.sides[1 - axis] > 4 * smallest and draw(random, 100) < _BEYOND_SHARE:
@@ -110,12 +110,12 @@ class Shell:
     """A house without furniture."""
 
     shape: tuple[int, int]  # rows and columns, outer walls included
-    rooms: tuple[Room, ...]  # the rooms; corridors are some of them
-    doorways: tuple[tuple[Cell, ...], ...]  # for each doorway its cells, one or two
-    things: tuple[tuple[Cell, str], ...] = ()  # what stands at fixed places already: cells and their characters
+    rooms: tuple[Room, ...]  # including corridors
+    doorways: tuple[tuple[Cell, ...], ...]  # one or two cells of each doorway
+    things: tuple[tuple[Cell, str], ...] = ()  # things at fixed places: cells and characters
 
     def symbols(self) -> np.ndarray:
-        """Return its floor plan, characters (rows, columns)."""
+        """Return its floor plan as characters, (rows, columns)."""
         grid = np.full(self.shape, WALL)
         for room in self.rooms:
             grid[room.inside] = FREE
@@ -132,16 +132,16 @@ class Shell:
 
 
 def build_shell(random: np.random.RandomState, shape: tuple[int, int], rooms: int, smallest: int) -> Shell | None:
-    """Draw the walls of a house of a shape, outer walls included; None if there is no space for so many rooms.
+    """Draw the walls of a house of a shape, outer walls included; None without space for the rooms.
 
-    The shorter side of a room has at least `smallest` cells; a corridor is one of the rooms.
+    The shorter side of a room has at least `smallest` cells; a corridor counts as a room.
     """
     found = split(random, shape, rooms, smallest)
     return None if found is None else Shell(shape, tuple(found), _doorways(random, shape, found))
 
 
 def _doorways(random: np.random.RandomState, shape: tuple[int, int], rooms: list[Room]) -> tuple[tuple[Cell, ...], ...]:
-    """Open walls so that there is a way to every room, most of them from the corridor or the largest room."""
+    """Open doorways to every room, most of them from the corridor or the largest room."""
     walls = _walls_between(shape, rooms)
     hub = max(range(len(rooms)), key=lambda i: (rooms[i].is_corridor, rooms[i].area))
     costs = {pair: draw(random, 100) + _DETOUR * (hub not in pair) for pair in sorted(walls)}
@@ -156,7 +156,7 @@ def _doorways(random: np.random.RandomState, shape: tuple[int, int], rooms: list
 
 
 def _doorway(random: np.random.RandomState, wall: list[Cell]) -> tuple[Cell, ...]:
-    """Cells of a straight wall, next to one of its ends or anywhere."""
+    """Draw the cells of a doorway in a straight wall, at one of its ends or anywhere."""
     width = 1 + (len(wall) >= _WIDE_WALL and draw(random, 100) < _TWO_CELLS_SHARE)
     last = len(wall) - width
     first = pick(random, [0, last, draw(random, last + 1)], [1, 1, 2])
@@ -164,7 +164,7 @@ def _doorway(random: np.random.RandomState, wall: list[Cell]) -> tuple[Cell, ...
 
 
 def _walls_between(shape: tuple[int, int], rooms: list[Room]) -> dict[tuple[int, int], list[Cell]]:
-    """For each pair of rooms with a common wall the cells of it that have one room before and the other behind."""
+    """Return the cells of the common wall of each pair of rooms, with one room on either side."""
     owner = np.full(shape, -1)
     for i, room in enumerate(rooms):
         owner[room.inside] = i

@@ -1,15 +1,13 @@
-"""Houses by name: generated ones, and sets of them to learn in and to be tested in.
+"""Names of generated houses, and sets of houses for training and testing.
 
-A set is `train-N` or `test-N`, the first N houses of one of two fixed lists; those of one list are in no set of the
-other. `test-100/17` is house 17 of `test-100`, counted from 0, and also house 17 of every other `test-N` that has one.
-Its own name, which is the same in all of them, is that of its seed: `house-200017`.
+A set is `train-N` or `test-N`, the first N houses of one of two disjoint lists. `test-100/17` is house 17 of
+`test-100`, counted from 0, and of every other `test-N` with as many houses. Its own name has its seed: `house-200017`.
 
-`shapes-train-N` and `shapes-test-N` are two more such lists, of plain houses and all `SHAPES` in turn. `drawn-10`
-are ten houses drawn by hand, to be tested in. `home-train-N` and `home-test-N` are homes with gates, mugs and small
-objects on the floor, too.
+`shapes-train-N` and `shapes-test-N` are lists of plain houses and all `SHAPES` in turn. `drawn-10` are ten hand-drawn
+test houses. `home-train-N` and `home-test-N` are homes with gates, mugs and small objects on the floor, too.
 
-`test-100@SECRET`, and likewise of the other lists, are houses that nobody can have tuned to who does not know the
-secret: whoever judges publishes its SHA-256 before, and the secret itself after.
+`test-100@SECRET`, and the same for other lists, are houses that nobody can tune to without the secret: the judge
+publishes its SHA-256 before, and the secret after the tests.
 """
 
 from __future__ import annotations
@@ -51,10 +49,10 @@ DRAWN = (
 
 
 def house(name: str) -> FloorPlan | None:
-    """Make the house that a name such as `house-17` or `test-100/17` stands for; None if it is no such name.
+    """Make the house with a name such as `house-17` or `test-100/17`; return None for another kind of name.
 
     Raises:
-        FloorPlanError: It is one, but there is no such house.
+        FloorPlanError: The set has no such house.
     """
     if (request := Request.from_name(name)) is not None:
         return design(request)[0]
@@ -70,7 +68,7 @@ def house(name: str) -> FloorPlan | None:
 
 
 def is_generated(name: str) -> bool:
-    """Return whether a name is that of a generated house, without making it."""
+    """Return whether a name is that of a generated house."""
     shape, _, seed = name.rpartition("-")
     return Request.from_name(name) is not None or (shape in SHAPES and _is_seed(seed))
 
@@ -80,12 +78,10 @@ def _is_seed(text: str) -> bool:
 
 
 def house_set(name: str) -> tuple[FloorPlan, ...]:
-    """Make all houses of a set: `train-N`, `shapes-train-N` and so on, with N from 1 to 1000, or `drawn-N`, to 10.
-
-    All but `drawn-N` may end in `@SECRET`.
+    """Make all houses of a set: one of `SETS`, with N from 1 to 1000, for `drawn-N` to 10.
 
     Raises:
-        FloorPlanError: There is no such set.
+        FloorPlanError: The set is unknown.
     """
     names = _names(name)
     if names is None:
@@ -98,12 +94,12 @@ def house_set(name: str) -> tuple[FloorPlan, ...]:
 def houses_named(
     names: str | Iterable[str], damage: Mapping[str, float] | str = DamageWeights()
 ) -> tuple[FloorPlan, ...]:
-    """Return the houses that several names stand for, in their order: of sets, or as `FloorPlan.load` takes them.
+    """Return the houses with some names, in order: of sets, or as `FloorPlan.load` takes them.
 
-    What a collision costs is as `DamageWeights.of` takes it.
+    `damage` is as `DamageWeights.of` takes it.
 
     Raises:
-        FloorPlanError: There is no such house or set, or two houses have the same name.
+        FloorPlanError: A house or set is unknown, or two houses have the same name.
     """
     plans: list[tuple[str, FloorPlan]] = []
     names = [names] if isinstance(names, str) else names
@@ -125,7 +121,7 @@ def houses_named(
 
 
 def _names(name: str) -> list[str] | None:
-    """Return the names of the houses of a set; None if it is no name of one."""
+    """Return the names of the houses of a set; None for a name that is no set."""
     sets = r"((?:shapes-|home-)?(?:train|test)|drawn)-(\d+)(@.+)?"
     found = isinstance(name, str) and re.fullmatch(sets, name, re.ASCII)
     if not found or (found[1] == "drawn" and found[3]):
@@ -143,6 +139,6 @@ def _names(name: str) -> list[str] | None:
 
 
 def _secret_seeds(secret: str, size: int) -> list[int]:
-    """Return seeds that only a secret tells, none of them in a list."""
+    """Return seeds derived from a secret, outside all lists."""
     numbers = (int(hashlib.sha256(f"{secret} {i}".encode()).hexdigest()[:12], 16) for i in range(size))
     return [10**6 + number % (10**9 - 10**6) for number in numbers]

@@ -1,4 +1,4 @@
-"""Houses of other shapes than homes, by seed: `hall-17`, `alcoves-17`, ..."""
+"""Generated houses of special shapes: `hall-17`, `alcoves-17`, ..."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from caregiver_mj.plans.rooms import Room, Shell
 from caregiver_mj.registry import summary
 
 _TRIES = 60
-_Made = tuple[Shell, tuple[int, int, int, int]]  # and how many stairwells, candles, bare tables and bins to add
+_Made = tuple[Shell, tuple[int, int, int, int]]  # with numbers of stairwells, candles, bare tables and bins to add
 
 
 def _hall(random: np.random.RandomState) -> _Made:
@@ -135,14 +135,14 @@ _MAKERS: dict[str, Callable[[np.random.RandomState], _Made]] = {
     "loops": _loops,
     "far-bins": _far_bins,
 }
-SHAPES = {shape: summary(make) for shape, make in _MAKERS.items()}  # and what each is like
+SHAPES = {shape: summary(make) for shape, make in _MAKERS.items()}  # descriptions by name
 
 
 def generate_shape(shape: str, seed: int) -> FloorPlan:
     """Return the house of a shape and a seed, valid and drivable.
 
     Raises:
-        FloorPlanError: The shape or the seed does not exist, or no such house was found.
+        FloorPlanError: The shape or the seed is invalid, or no valid house was found.
     """
     if shape not in SHAPES:
         raise FloorPlanError(f"the shape must be one of {', '.join(SHAPES)}, got '{shape}'")

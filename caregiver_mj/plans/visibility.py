@@ -1,13 +1,12 @@
-"""What can be seen from where: walls are opaque, and everything else is lower than a child, save in the physical house.
+"""Visibility in the grid: walls are opaque, and everything else is lower than a child.
 
-A *sight* is what a caregiver has to see children with:
+A *sight* is the way in which a caregiver sees children:
 
-- `all`: it sees everything, always, as in the paper;
-- `walls`: it sees all round, up to the walls;
-- `camera`: it sees 90 degrees to where its base is turned, 5 m far;
-- `rooms:N`: a camera of its own, likewise, and N on the ceiling, each of which sees all round and up to the walls.
-  They hang where they see most: the first over the cell from which most is seen, each further one over that from
-  which most is seen besides.
+- `all`: everything, always, as in the paper;
+- `walls`: in all directions, up to the walls;
+- `camera`: 90 degrees in the direction of its base, up to 5 m;
+- `rooms:N`: a camera of its own, as above, and N on the ceiling, each of which sees in all directions up to the walls.
+  Each hangs over the cell from which it adds most to the view of those before.
 """
 
 from __future__ import annotations
@@ -21,30 +20,30 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.cell_graph import ACTIONS, WALL
 from caregiver_mj.plans.floor_plan import FloorPlan
 
-CAMERA_RANGE = 5.0  # metres: how far away a camera of a usual mobile robot tells a child
-CAMERA_WIDTH = np.deg2rad(90.0)
-BODY = 0.2  # of a cell: half of a child's width
-# Places in a cell, in its sizes from its middle; a child that would be seen in all of them is in that cell wherever it
-# stands. The first is the middle; children walk from there to the others.
+CAMERA_RANGE = 5.0  # m; range at which a camera of a usual mobile robot recognises a child
+CAMERA_WIDTH = np.deg2rad(90.0)  # rad
+BODY = 0.2  # cells; half of a child's width
+# Places in a cell, in units of its size from its middle. A cell is in view if a child would be seen in all of them. The
+# first is the middle; children walk from there to the others.
 PLACES = 0.3 * np.array([(0.0, 0.0), *ACTIONS])
-ALL_ROUND = len(ACTIONS)  # a heading: that of whoever turns round once
+ALL_ROUND = len(ACTIONS)  # heading of a caregiver that turns round once
 _ROUNDING = 1e-9
 _MOST_LOOKOUTS = 12
 
 
 @dataclasses.dataclass(frozen=True)
 class Sight:
-    """What a caregiver has to see children with."""
+    """The way in which a caregiver sees children."""
 
     name: str = "all"  #: `all`, `walls`, `camera` or `rooms`
-    cameras: int = 0  #: how many cameras hang on the ceiling
+    cameras: int = 0  #: number of ceiling cameras
 
     @classmethod
     def of(cls, text: str | Sight) -> Sight:
-        """Read `all`, `walls`, `camera` or `rooms:N`.
+        """Parse `all`, `walls`, `camera` or `rooms:N`.
 
         Raises:
-            CaregiverError: It is none of them.
+            CaregiverError: The text is none of these.
         """
         if isinstance(text, Sight):
             return text
@@ -65,7 +64,7 @@ class Sight:
 
     @property
     def turns(self) -> bool:
-        """Whether what is seen depends on where the caregiver is turned."""
+        """Whether the view depends on the caregiver's heading."""
         return self.name in ("camera", "rooms")
 
 
@@ -73,12 +72,12 @@ FULL = Sight()
 
 
 class Visibility:
-    """Which free cells a caregiver sees from each of its own.
+    """The free cells in view from each caregiver cell.
 
     Attributes:
-        seen: By its cell and the move that it is headed for, or `ALL_ROUND`: bool (caregiver cells, moves + 1, free
-            cells). It always sees its own cell.
-        ceiling: Caregiver cells over which cameras hang.
+        seen: Whether each free cell is in view from a cell with a heading, a move or `ALL_ROUND`, bool (caregiver
+            cells, moves + 1, free cells). The caregiver's own cell always is.
+        ceiling: Caregiver cells under ceiling cameras.
     """
 
     def __init__(self, plan: FloorPlan, sight: Sight):
@@ -101,7 +100,7 @@ class Visibility:
 
 
 def seen_from(plan: FloorPlan, eye: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return which points, (n, 2), are seen from an eye, (2,), up to the walls, where no grid holds: bool (n,)."""
+    """Return whether points, (n, 2), m, are seen from an eye, (2,), up to the walls, bool (n,)."""
     height, width = plan.shape
 
     def rows_columns(positions: np.ndarray) -> np.ndarray:
@@ -113,18 +112,18 @@ def seen_from(plan: FloorPlan, eye: np.ndarray, points: np.ndarray) -> np.ndarra
 
 @functools.lru_cache(maxsize=16)
 def visibility(plan: FloorPlan, sight: Sight) -> Visibility:
-    """Return what is seen in a house with a sight; made once."""
+    """Return the cached visibility in a house with a sight."""
     return Visibility(plan, sight)
 
 
 @functools.lru_cache(maxsize=16)
 def lookouts(plan: FloorPlan) -> tuple[int, ...]:
-    """Return the free cells from which most is seen up to the walls: those that see all between them, at most 12."""
+    """Return at most 12 free cells that together see most of the house, up to the walls."""
     return _greedy(_up_to_walls(plan)[: len(plan.free_cells)], _MOST_LOOKOUTS)
 
 
 def _greedy(seen: np.ndarray, most: int) -> tuple[int, ...]:
-    """Return the first rows of `seen`, bool (n, cells), that each cover most of what those before do not."""
+    """Return rows of `seen`, bool (n, cells), each adding most to the cells covered by those before."""
     chosen: list[int] = []
     missing = np.ones(seen.shape[1], bool)
     while len(chosen) < most and missing.any():
@@ -135,10 +134,10 @@ def _greedy(seen: np.ndarray, most: int) -> tuple[int, ...]:
 
 
 def _up_to_walls(plan: FloorPlan) -> np.ndarray:
-    """Return which free cells are seen from each caregiver cell, bool (caregiver cells, free cells).
+    """Return whether each free cell is seen from each caregiver cell, bool (caregiver cells, free cells).
 
-    A child is seen where its middle or one of its sides is: there is a straight line from the middle of the caregiver's
-    cell through no wall. A line may touch a wall's corner.
+    A child is seen if a straight line from the middle of the caregiver's cell to its middle or one of its sides crosses
+    no wall. A line may touch a wall's corner.
     """
     opaque = plan.symbols == WALL
     here, there = np.array(plan.caregiver_cells, float), np.array(plan.free_cells, float)
@@ -150,10 +149,10 @@ def _up_to_walls(plan: FloorPlan) -> np.ndarray:
 
 
 def _crosses(opaque: np.ndarray, eye: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return whether the line from an eye to each point, (n, 2), goes through a wall, bool (n,).
+    """Return whether the line from an eye to each point, (n, 2), crosses a wall, bool (n,).
 
-    It is looked at where it crosses from one cell to the next: there the cells on both sides must be clear. Cell (r, c)
-    reaches from r - 1/2 to r + 1/2, and likewise.
+    The test is at each crossing from one cell to the next, where the cells on both sides must be clear. Cell (r, c)
+    extends from r - 1/2 to r + 1/2 and from c - 1/2 to c + 1/2.
     """
     crosses = np.zeros(len(points), bool)
     for axis in (0, 1):
@@ -164,7 +163,7 @@ def _crosses(opaque: np.ndarray, eye: np.ndarray, points: np.ndarray) -> np.ndar
         met = (share > 0) & (share < 1)
         at = eye[1 - axis] + np.where(met, share, 0.0) * across[:, None]
         for side in (0, 1):
-            # On an edge between two cells across it touches both, and goes through neither unless both are walls.
+            # A line on the edge between two cells crosses them only if both are walls.
             cells = [
                 opaque.swapaxes(0, axis)[np.arange(len(edges)) + side, np.rint(at + nudge).astype(int)]
                 for nudge in (-1e-6, 1e-6)
