@@ -17,11 +17,10 @@ if TYPE_CHECKING:
 
 __all__ = ["ALL_TASKS", "CaregiverError", "CaregiverPolicy", "FloorPlan", "__version__", "house_names", "load"]
 
-# The first three need MuJoCo and dm_control, which take a second to import; a command that only looks at a plan does
-# without, and one that only says what there is without the others.
+# Imported on first use: the first three need MuJoCo and dm_control, which take a second to import.
 _LAZY = {
     "ALL_TASKS": "caregiver_mj.tasks",
-    "load": "caregiver_mj.experiments.score",  # that of `caregiver_mj.tasks`, with the score
+    "load": "caregiver_mj.experiments.score",  # `caregiver_mj.tasks.load` with a score
     "CaregiverPolicy": "caregiver_mj.policy.policy",
     "FloorPlan": "caregiver_mj.plans.floor_plan",
     "house_names": "caregiver_mj.plans.floor_plan",
@@ -37,11 +36,11 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})  # also what is not loaded yet
+    return sorted({*globals(), *__all__})  # including names that are not imported yet
 
 
 class _AlongWithGymnasium:
-    """Has the environments registered once Gymnasium is imported, which takes .2 s and is not done here."""
+    """Registers the environments when Gymnasium is imported, instead of importing it here (.2 s)."""
 
     @classmethod
     def find_spec(cls, name: str, path: Any = None, target: Any = None) -> Any:

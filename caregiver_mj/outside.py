@@ -1,7 +1,7 @@
-"""Files and text from outside: limits that hold before anything is unpacked, and text that is safe to print.
+"""Untrusted files and text: limits that hold before anything is unpacked, and text that is safe to print.
 
-A run folder, a submission, a floor plan or an answer may come from a stranger. Every limit is far above what the
-package itself writes.
+A run folder, a submission, a floor plan or an answer may come from a stranger. All limits are far above the package's
+own output.
 """
 
 from __future__ import annotations
@@ -39,20 +39,20 @@ def read_file(path: str | os.PathLike[str], most: int) -> bytes:
     """Return the content of a regular file; a link counts as the file that it leads to.
 
     Args:
-        path: The file. A named pipe, which would wait for a writer, or a device is refused without opening it.
-        most: Bytes that it may have.
+        path: The file. A device or a named pipe, which would wait for a writer, is refused without opening it.
+        most: Greatest number of bytes.
 
     Raises:
-        OSError: It is no regular file, is larger, or cannot be read.
-        ValueError: No file can have such a name.
+        OSError: The file is not regular, is larger, or cannot be read.
+        ValueError: The path is invalid.
     """
     _check_regular(os.stat(path), path, most)
-    # Without waiting, for it may have become a pipe since.
+    # Non-blocking, because the path may have become a pipe since.
     flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
     with open(os.open(path, flags), "rb") as file:
         _check_regular(os.fstat(file.fileno()), path, most)
         content = file.read(most + 1) or b""
-    if len(content) > most:  # it has grown, or says nothing of its size, as those of /proc
+    if len(content) > most:  # it has grown, or states no size, as in /proc
         _raise_too_large(path, most)
     return content
 
@@ -72,9 +72,9 @@ def _raise_too_large(path: str | os.PathLike[str], most: int) -> NoReturn:
 
 @contextlib.contextmanager
 def limited_memory(most: int) -> Iterator[None]:
-    """Give a library that unpacks so many bytes and no more within, on Linux: beyond it has a MemoryError.
+    """Limit memory in this context, on Linux, so that unpacking more than `most` bytes raises MemoryError.
 
-    A file may say that it comes to little and come to a lot.
+    A file may unpack to more than it states.
     """
     if not sys.platform.startswith("linux"):
         yield
@@ -84,7 +84,7 @@ def limited_memory(most: int) -> Iterator[None]:
     before, hard = resource.getrlimit(resource.RLIMIT_DATA)
     with open("/proc/self/status", "rb") as file:
         (used,) = (int(line.split()[1]) * 1024 for line in file if line.startswith(b"VmData"))
-    wanted = used + 2 * most  # once as the library has it, once as it is given
+    wanted = used + 2 * most  # for the library's data and the result
     resource.setrlimit(resource.RLIMIT_DATA, (min(wanted, before) if before >= 0 else wanted, hard))
     try:
         yield
@@ -93,7 +93,7 @@ def limited_memory(most: int) -> Iterator[None]:
 
 
 def parse_json(content: bytes | str) -> Any:
-    """Return what a JSON text says.
+    """Parse a JSON text.
 
     Raises:
         ValueError: It is too large, has too many lists and objects, is too deeply nested, has a number that is not
@@ -115,7 +115,7 @@ def _refuse(constant: str) -> NoReturn:
 
 
 def visible(text: str) -> str:
-    """Return text with a "?" for each character that is not seen but changes what is: escapes, bidirectional marks.
+    """Replace invisible characters that change the display, such as escapes and bidirectional marks, by "?".
 
     White space stays.
     """
@@ -125,7 +125,7 @@ def visible(text: str) -> str:
 
 
 def plain(text: object, most: int = LONGEST_LINE) -> str:
-    """Return text from outside as one visible line of so many characters at most, for a terminal without markup."""
+    """Return untrusted text as one visible line of at most `most` characters, for a terminal."""
     line = str(text)
     if len(line) > most:
         line = f"{line[:most]} ..."
@@ -133,9 +133,6 @@ def plain(text: object, most: int = LONGEST_LINE) -> str:
 
 
 def markdown(text: object) -> str:
-    """Return text from outside as one line that means nothing in Markdown, in a table or elsewhere in a line.
-
-    It makes no cell, code, HTML, link or picture.
-    """
+    """Return untrusted text as one line without a meaning in Markdown: no cell, code, HTML, link or image."""
     line = plain(text).translate(_IN_MARKDOWN).replace("](", "]&#40;").replace("://", "&#58;//")
     return _TAG.sub("&lt;", line)

@@ -1,4 +1,4 @@
-"""Things by name: the package's own, and those that installed packages offer as entry points."""
+"""Registries of named classes: the package's own, and entry points of installed packages."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ Kind = TypeVar("Kind")
 
 
 class Registry(Mapping[str, Kind], Generic[Kind]):
-    """Classes by name, or by where they are, as `module:object`.
+    """Classes by name, or by `module:object`.
 
-    Entry points are looked up at each use and not at import, and loaded when they are asked for.
+    Entry points are looked up at each use, and loaded on request.
     """
 
     def __init__(self, what: str, group: str, base: str, own: Mapping[str, Kind]):
         """Prepare a registry.
 
         Args:
-            what: What is registered, in messages: "caregiver".
-            group: The entry-point group in which other packages offer theirs.
-            base: Full name of the class that all must be subclasses of.
-            own: The package's own, which come first and cannot be replaced.
+            what: Name of the registered things in messages, such as "caregiver".
+            group: Entry-point group of other packages.
+            base: Full name of the required base class.
+            own: The package's own classes, which come first and cannot be replaced.
         """
         self.what, self.group = what, group
         self._base, self._own = base, own
-        self._told: set[str] = set()  # names whose entry points have been said to count for nothing
+        self._warned: set[str] = set()  # names with a warning about unused entry points
 
     def __getitem__(self, name: str) -> Kind:
         if name in self._own:
@@ -53,16 +53,16 @@ class Registry(Mapping[str, Kind], Generic[Kind]):
             raise CaregiverError(f"{self.what} '{name}' must be offered by one package, got {values}")
         try:
             found = entry.load()
-        except (Exception, SystemExit) as error:  # whatever somebody else's module raises
+        except (Exception, SystemExit) as error:  # raised by a foreign module
             raise CaregiverError(f"{self.what} '{name}' ({entry.value}) cannot be loaded: {error}") from error
         self.check(name, entry.value, found)
         return found
 
     def describe(self, name: str) -> str:
-        """Return a line on a thing: its summary, or of which other name it is an alias, and which package offers it.
+        """Return a line about a name: a summary with the package that offers it, or the name that it is an alias of.
 
         Raises:
-            CaregiverError: There is none of that name, or it cannot be loaded.
+            CaregiverError: The name is unknown, or cannot be loaded.
         """
         found = self[name]
         if name in self._own:
@@ -75,14 +75,14 @@ class Registry(Mapping[str, Kind], Generic[Kind]):
         return [entry for entry in importlib.metadata.entry_points(group=self.group) if entry.name == name]
 
     def tell_of_namesakes(self, name: str, why: str) -> None:
-        """Warn, once, of entry points of a name, for they count for nothing, and say why."""
-        if name not in self._told:
-            self._told.add(name)
+        """Warn once that entry points with a name are unused, and why."""
+        if name not in self._warned:
+            self._warned.add(name)
             for entry in self._offered(name):
                 warnings.warn(f"entry point {entry.value} is not used: {why}", stacklevel=3)
 
     def check(self, name: str, value: str, found: Any) -> None:
-        """Raise CaregiverError unless what was found under a name, at the `value` of an entry point, can be used."""
+        """Raise CaregiverError unless an object found under a name, with the `value` of its entry point, is valid."""
         if not (isinstance(found, type) and any(_name(base) == self._base for base in found.__mro__)):
             raise CaregiverError(f"{self.what} '{name}' ({value}) must be a subclass of {self._base}, got {found!r}")
         _check_whole(f"{self.what} '{name}'", found)
@@ -99,7 +99,7 @@ class Registry(Mapping[str, Kind], Generic[Kind]):
 
 
 def summary(found: object) -> str:
-    """Return the first line of a thing's docstring; nothing if it has none of its own."""
+    """Return the first line of an object's docstring, or ""."""
     return inspect.cleandoc(getattr(found, "__doc__", None) or "").partition("\n")[0]
 
 
@@ -117,7 +117,7 @@ def modules_of_the_folder() -> Iterator[None]:
 
 @contextlib.contextmanager
 def environment(name: str, value: str) -> Iterator[None]:
-    """Have an environment variable be so within, for libraries that look there."""
+    """Set an environment variable in this context."""
     before = os.environ.get(name)
     os.environ[name] = value
     try:
@@ -129,53 +129,53 @@ def environment(name: str, value: str) -> Iterator[None]:
 
 
 def named_object(name: str) -> Any:
-    """Load an object of somebody's module, as `module:object`.
+    """Load a `module:object`.
 
     Raises:
-        CaregiverError: There is no such module, it fails, or there is no such thing in it.
+        CaregiverError: The module is missing or fails, or has no such object.
     """
     entry = importlib.metadata.EntryPoint(name, name, "")
     if entry.pattern.match(name) is None or entry.extras:
         raise CaregiverError(f"a name must be module:object, got '{name}'")
     try:
         return entry.load()
-    except (Exception, SystemExit) as error:  # whatever somebody else's module raises
-        file = getattr(sys.modules.get(entry.module), "__file__", None)  # not always the one that was meant
+    except (Exception, SystemExit) as error:  # raised by a foreign module
+        file = getattr(sys.modules.get(entry.module), "__file__", None)  # perhaps another one than intended
         found = f" (the module is '{file}')" if file and isinstance(error, AttributeError) else ""
         raise CaregiverError(f"'{name}' cannot be loaded: {type(error).__name__}: {error}{found}") from error
 
 
 def check_call(what: str, found: Any, *given: Any) -> None:
-    """Raise CaregiverError, which says what it is, if a class or function cannot be called with what is given."""
+    """Raise CaregiverError if a class or function cannot be called with the given arguments."""
     _check_whole(what, found)
     try:
         inspect.signature(found).bind(*given)
     except TypeError as error:
         kinds = ", ".join(type(value).__name__ for value in given)
         raise CaregiverError(f"{what} cannot be called with ({kinds}): {error}") from None
-    except ValueError:  # one that tells no signature
+    except ValueError:  # without a signature
         pass
 
 
 @contextlib.contextmanager
 def errors_of(what: str, where: str, but: type[Exception] = CaregiverError) -> Iterator[None]:
-    """Turn exceptions of others' code, save `CaregiverError` and those in `but`, into one that says what failed where.
+    """Turn exceptions of foreign code, except `CaregiverError` and those in `but`, into one that names their place.
 
     Raises:
-        CaregiverError: The code raises something; that is its cause.
+        CaregiverError: The code raised another exception, which is its cause.
     """
     try:
         yield
     except (CaregiverError, but):
         raise
     except Exception as error:
-        told = f"{type(error).__name__}: {' '.join(str(error).split())}"
+        problem = f"{type(error).__name__}: {' '.join(str(error).split())}"
         last = traceback.extract_tb(error.__traceback__)[-1]
-        raise CaregiverError(f"{what} failed {where}: {told} ({last.filename}, line {last.lineno})") from error
+        raise CaregiverError(f"{what} failed {where}: {problem} ({last.filename}, line {last.lineno})") from error
 
 
 def _check_whole(what: str, found: Any) -> None:
-    """Raise CaregiverError if it is a class that lacks methods."""
+    """Raise CaregiverError for a class with abstract methods."""
     if inspect.isabstract(found):
         raise CaregiverError(f"{what} must have {', '.join(sorted(found.__abstractmethods__))}, got none")
 

@@ -1,6 +1,6 @@
 """Gymnasium environments, registered under `caregiver_mj/`: the tasks, and supervision by targets in both worlds.
 
-Importing this room registers them and loads none of them: neither MuJoCo nor a house.
+Importing this room registers them without loading MuJoCo.
 """
 
 from caregiver_mj.errors import MissingExtraError
@@ -13,7 +13,7 @@ except ImportError as error:
 from caregiver_mj.tasks import TASKS, register
 
 for _task in tuple(TASKS.values()):
-    if _task.id not in gymnasium.registry:  # it was there before Gymnasium
+    if _task.id not in gymnasium.registry:
         register(_task)
 TARGETS_ID = "caregiver_mj/Supervise-Targets-v0"
 gymnasium.register(

@@ -1,4 +1,4 @@
-"""Finite bounds for what is observed in the house, and what brings an observation within them."""
+"""Finite bounds of observations in the house, and clipping to them."""
 
 from __future__ import annotations
 
@@ -13,32 +13,32 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.rendering import control
 from caregiver_mj.robot.embodiment import CommandLayout
 
-# What a child or a robot does that moves as it should lies well within these; what wild actions do is cut off.
-_SPEED, _TURN_RATE = 2.0, 26.0  # m/s, rad/s; a child that turns round is the fastest of all that turns
-_ARM_SLACK, _FINGER_SLACK = 0.1, 0.03  # rad and m by which a stop gives way
-_ARM_SPEED = 50.0  # rad/s, as random actions make it, which ask for the other end of the range fifty times a second
-_LOWEST, _HIGHEST = -1.0, 2.0  # metres, of a candle
-_UNKNOWN = 1e6  # of what somebody's own task observes, and of the clock of an endless one
+# Regular motion stays well within these bounds; the effects of wild actions are clipped.
+_SPEED, _TURN_RATE = 2.0, 26.0  # m/s, rad/s; the latter of a child that turns round
+_ARM_SLACK, _FINGER_SLACK = 0.1, 0.03  # rad, m; compliance of a joint limit
+_ARM_SPEED = 50.0  # rad/s; with random actions, which jump across the range fifty times a second
+_LOWEST, _HIGHEST = -1.0, 2.0  # m; height of a candle
+_UNKNOWN = 1e6  # for observations of user tasks, and for the clock of an endless one
 
 Bounds = tuple[np.ndarray | float, np.ndarray | float]
 
 
 class BoundedObservations:
-    """Brings the observations of one environment within finite bounds.
+    """Clips the observations of an environment to finite bounds.
 
-    Positions are cut off one cell outside the house, angles of heading are taken to [-pi, pi). A single number is an
-    array of one, for learners such as those of Stable-Baselines3 take none without a dimension.
+    Positions are clipped one cell outside the house, headings are wrapped to [-pi, pi). A scalar becomes an array of
+    one, because learners such as those of Stable-Baselines3 reject scalars.
 
     Attributes:
         keys: The space of observations as dictionaries.
-        space: The space of what is given out, which is a plain box if they are flat.
+        space: The space of the results, a box if they are flat.
     """
 
     def __init__(self, env: control.Environment, observation: str):
-        """Prepare the spaces; observations are "numbers" by name, or "flat": their values in the order of `keys`.
+        """Prepare the spaces; observations are "numbers", by name, or "flat", one array in the order of `keys`.
 
         Raises:
-            CaregiverError: They are neither.
+            CaregiverError: `observation` is neither.
         """
         if observation not in ("numbers", "flat"):
             raise CaregiverError(f"no observation '{observation}' of the robot's own actions: there are numbers, flat")
@@ -53,7 +53,7 @@ class BoundedObservations:
         self.space: spaces.Space[Any] = spaces.flatten_space(self.keys) if observation == "flat" else self.keys
 
     def __call__(self, observation: Mapping[str, np.ndarray]) -> dict[str, np.ndarray] | np.ndarray:
-        """Give an observation out, in new arrays."""
+        """Return a clipped observation, in new arrays."""
         within = {}
         for key in self.keys:
             box = self._boxes[key]
@@ -68,13 +68,13 @@ class BoundedObservations:
 
 
 def _box(low: np.ndarray | float, high: np.ndarray | float, shape: tuple[int, ...]) -> spaces.Box:
-    """A box of a shape, whose bounds may be given for the last dimension alone, and for more of it than there is."""
+    """Return a box; bounds are broadcast, and may be longer than the last dimension."""
     low, high = (np.broadcast_to(np.atleast_1d(bound)[: shape[-1]], shape).astype(float) for bound in (low, high))
     return spaces.Box(low, high, shape, np.float64)
 
 
 def _bounds(env: control.Environment) -> dict[str, Bounds]:
-    """Bounds by what `Observed.within` calls them."""
+    """Return the bounds by the names of `Observed.within`."""
     task = env.task
     rows, columns = task.plan.shape
     x, y = (columns / 2 + 1) * task.plan.cell_size, (rows / 2 + 1) * task.plan.cell_size
@@ -83,7 +83,7 @@ def _bounds(env: control.Environment) -> dict[str, Bounds]:
     way = np.array([2 * x, 2 * y, _HIGHEST - _LOWEST])
     bounds: dict[str, Bounds] = {
         "clock": (0.0, min(task.time_limit / task.novice_timestep + 1, _UNKNOWN)),
-        "pose": (-pose, pose),  # the last number is an angle, which has no bounds of its own
+        "pose": (-pose, pose),  # the last number is an angle
         "rates": (-rates, rates),
         "place": place,
         "way": (-way, way),

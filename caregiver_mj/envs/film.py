@@ -1,4 +1,4 @@
-"""Films of Gymnasium environments with the ffmpeg that comes with the package; Gymnasium's own films need moviepy."""
+"""Films of Gymnasium environments with the package's ffmpeg; Gymnasium's recorder needs moviepy."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from caregiver_mj.recording.video import video_writer
 class RecordFilm(gymnasium.Wrapper, gymnasium.utils.RecordConstructorArgs):
     """Films episodes of an environment with `render_mode="rgb_array"`, a frame a step.
 
-    The films are `episode-0.mp4` and so on, each complete as soon as its episode ends, the next one begins, or the
-    environment is closed.
+    The films are `episode-0.mp4` and so on, each complete when its episode ends, the next begins, or the environment is
+    closed.
     """
 
     def __init__(
@@ -32,12 +32,12 @@ class RecordFilm(gymnasium.Wrapper, gymnasium.utils.RecordConstructorArgs):
 
         Args:
             env: The environment.
-            folder: Where they go; it is made if there is none.
-            which: Says of an episode's number, from 0, whether it is filmed.
-            fps: Frames a second; those of the environment's metadata if None.
+            folder: Folder of the films, made if missing.
+            which: Returns whether to film the episode with a number, from 0.
+            fps: Frames per second; None for those of the environment's metadata.
 
         Raises:
-            CaregiverError: The environment gives no pictures, or there can be no such folder.
+            CaregiverError: The environment renders no images, or the folder cannot be made.
         """
         gymnasium.utils.RecordConstructorArgs.__init__(self, folder=folder, which=which, fps=fps)
         super().__init__(env)

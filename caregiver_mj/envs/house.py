@@ -1,4 +1,4 @@
-"""The tasks in the house as Gymnasium environments, and the pictures that they give."""
+"""The tasks in the house as Gymnasium environments."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ from caregiver_mj.tasks import load
 
 
 class HouseEnv(gymnasium.Env):
-    """A task in the house; an action is that of the task, in its units.
+    """A task in the house; actions are those of the task, in its units.
 
-    An episode ends truncated when its time is over. Should the simulation come apart, as wild actions can make it, it
-    ends truncated as well, with the last observation that was good, no reward, and `info["diverged"]` True.
+    An episode is truncated when its time is over, and when the simulation diverges, as wild actions can make it: then
+    with the last good observation, no reward, and `info["diverged"]` True.
 
-    `info` has of every step `cost` and the two parts of it, see `CostMeter`, and `diverged`; of a reset the `seed` that
-    gives the same episode again; and of the last step `outcome`, what is measured of an episode, as in the tables, and
+    `info` has after every step `cost` and its two parts, see `CostMeter`, and `diverged`; after a reset the `seed` that
+    reproduces the episode; and after the last step `outcome`, the measures of the episode by column, and
     `episode_score`, see `caregiver_mj.experiments.score`.
 
     Attributes:
-        dm_env: The `dm_env.Environment` within.
-        timestep: Its last time step, which a `CaregiverPolicy` of it answers.
+        dm_env: The wrapped `dm_env.Environment`.
+        timestep: Its last time step, for a `CaregiverPolicy`.
     """
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 50}  # noqa: RUF012 (Gymnasium's own manner)
@@ -57,22 +57,22 @@ class HouseEnv(gymnasium.Env):
 
         Args:
             task: One of `ALL_TASKS`.
-            house: A floor plan, the name of one that comes with the package, or a path of one.
+            house: A floor plan, its name in the package, or its path.
             epsilon: The children, as `load` takes them.
-            observation: What an observation is: "numbers", a dictionary; or "flat", one array, its values in the order
-                of that dictionary's keys.
+            observation: Kind of observation: "numbers", a dictionary; or "flat", one array, in the order of that
+                dictionary's keys.
             task_kwargs: Further arguments of the task, as `load` takes them.
-            render_mode: "rgb_array", or None for a house without what is only to be seen, which runs faster.
-            width: Of a picture, in pixels.
-            height: Likewise.
-            camera: Its camera: "overview", "follow", or another one of the house.
+            render_mode: "rgb_array", or None for a house without visual geometry, which runs faster.
+            width: Width of an image, in pixels.
+            height: Height of an image, in pixels.
+            camera: Camera of the images: "overview", "follow", or another one of the house.
 
         Raises:
-            CaregiverError: As of `load`; or there is no such observation, render mode, camera or size of a picture.
+            CaregiverError: As of `load`; or the observation, render mode, camera or image size is invalid.
         """
         check_render_mode(render_mode)
         self.render_mode = render_mode
-        kwargs = {"random": 0, **(task_kwargs or {})}  # of tables that are drawn; an episode has a seed of its own
+        kwargs = {"random": 0, **(task_kwargs or {})}  # for random tables; `reset` seeds the episode
         self.dm_env = load(task, house, epsilon, task_kwargs=kwargs, visuals=render_mode is not None)
         self._rollout = HouseRollout(self.dm_env)
         self._picture = {} if render_mode is None else picture(self.dm_env.physics, width, height, camera)
@@ -86,9 +86,9 @@ class HouseEnv(gymnasium.Env):
         self._observation: Observations | None = None  # the last one; None between episodes
 
     def reset(self, *, seed: Seed = None, options: dict[str, Any] | None = None) -> tuple[Observations, dict[str, Any]]:
-        """Begin the episode with that seed in the column `seed` of `evaluate`; without one it draws a seed.
+        """Begin the episode with a seed, as in the column `seed` of `evaluate`; without one it draws a seed.
 
-        Of a `Generator` or a `RandomState` it is the next one that this draws.
+        A `Generator` or a `RandomState` draws the seed.
         """
         asked = plain_seed(seed)
         super().reset(seed=asked)
@@ -131,10 +131,10 @@ class HouseEnv(gymnasium.Env):
 
 
 def picture(physics: Physics, width: int, height: int, camera: str) -> dict[str, Any]:
-    """Return what `Physics.render` is to draw.
+    """Return arguments of `Physics.render`.
 
     Raises:
-        CaregiverError: There is no such camera, or no picture of that size.
+        CaregiverError: The camera is unknown, or the image size is invalid.
     """
     largest = physics.model.vis.global_
     for what, size, most in (("width", width, largest.offwidth), ("height", height, largest.offheight)):

@@ -1,4 +1,4 @@
-"""Targets in the grid of many houses: one vector environment to learn in what holds for any house."""
+"""Targets in the grid of many houses: a vector environment for policies that generalise over houses."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ from caregiver_mj.envs.target_grid import MOST_EPISODES, GridTargetsVector
 from caregiver_mj.errors import CaregiverError, check_integer
 from caregiver_mj.plans.floor_plan import FloorPlan
 
-_AT_ONCE = 8  # houses, if there are as many
+_AT_ONCE = 8  # default number of houses at once
 
 
 class GridHousesVector(gymnasium.vector.VectorEnv):
-    """`Supervise-Targets` in the grid of some houses at once, others in every episode; see `GridTargetsVector`.
+    """`Supervise-Targets` in the grid, in several houses at once that change with every episode.
 
-    All houses look alike: observations and actions have as many slots as the house with most of a kind needs, unless
-    more are asked for. Episodes of one house lie side by side, and in it those of one family; `info["house"]` has the
-    number of each one's house.
+    See `GridTargetsVector`. Observations and actions of all houses have the same shapes, with as many slots as the
+    house with most of a kind needs, or more by request. Episodes of one house are contiguous, and in it those of one
+    family; `info["house"]` has the number of each episode's house.
 
     Attributes:
         plans: The houses.
-        now: Which of them the episodes are in, (at once,).
+        now: Numbers of the present houses, (at once,).
     """
 
     metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012 (Gymnasium's own manner)
@@ -49,16 +49,15 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
 
         Args:
             houses: Floor plans, or their names, as `FloorPlan.load` takes them.
-            num_envs: Episodes at once, 100,000 at most, as many in each house with each family.
-            at_once: How many houses they are in, each a different one, drawn anew with every episode; 8, or all of
-                fewer, if None.
-            families: The children, several of what `ChildGroup.of` takes, with as many children in each.
-            options: Further arguments of `GridTargetsVector`, but for pictures; `slots` and `shape` are what the houses
-                need if left out.
+            num_envs: Episodes at once, 100,000 at most, equally many for each house and family.
+            at_once: Number of different houses at once, drawn anew for every episode; None for 8, or all of fewer.
+            families: Several child groups, as `ChildGroup.of` takes them, with equally many children.
+            options: Further arguments of `GridTargetsVector`, except for rendering; `slots` and `shape` default to the
+                needs of the houses.
 
         Raises:
-            CaregiverError: The episodes cannot be shared out, there are too few houses, or not as many children in each
-                family; or as of `make_targets`.
+            CaregiverError: `num_envs` is no multiple of houses and families, there are too few houses, or the families
+                differ in size; or as of `make_targets`.
         """
         check_integer("num_envs", num_envs, 1, MOST_EPISODES)
         if isinstance(houses, (str, os.PathLike, FloorPlan)) or not isinstance(houses, Iterable):
@@ -95,12 +94,12 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
         self._ended = False
 
     def reset(self, *, seed: Seed = None, options: dict[str, Any] | None = None) -> tuple[Observations, dict[str, Any]]:
-        """Begin episodes in houses that are drawn, of the seeds from one on or of seeds that are drawn, too.
+        """Begin episodes in random houses, with seeds from `seed` on, or with random seeds.
 
-        After a reset with a seed, all that is drawn depends on it alone.
+        After a reset with a seed, all later draws depend on it alone.
 
         Raises:
-            CaregiverError: The options ask for only some of them.
+            CaregiverError: The options reset only some of the episodes.
         """
         if options and not np.all(options.get("reset_mask", True)):
             raise CaregiverError("reset_mask must be left out: all episodes of the batch begin together")
@@ -114,7 +113,7 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
         parts = np.split(seeds, at_once)
         found = [self._vector(int(i)).reset(seed=part.tolist()) for i, part in zip(self.now, parts, strict=True)]
         observations, infos = zip(*found, strict=True)
-        return _joined(observations), self._told(infos)
+        return _joined(observations), self._join_infos(infos)
 
     def step(self, actions: np.ndarray) -> tuple[Observations, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         if self._ended:
@@ -128,7 +127,7 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
         observations, *numbers, infos = zip(*found, strict=True)
         rewards, terminated, truncated = map(np.concatenate, numbers)
         self._ended = bool(truncated.all())
-        return _joined(observations), rewards, terminated, truncated, self._told(infos)
+        return _joined(observations), rewards, terminated, truncated, self._join_infos(infos)
 
     def _vector(self, house: int) -> GridTargetsVector:
         if house not in self._made:
@@ -137,14 +136,14 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
             self._made[house] = GridTargetsVector(self._each, house=plan, epsilon=children, **self._options)
         return self._made[house]
 
-    def _told(self, infos: Sequence[dict[str, Any]]) -> dict[str, Any]:
-        """What the houses tell, as one, and in which of them each episode is."""
+    def _join_infos(self, infos: Sequence[dict[str, Any]]) -> dict[str, Any]:
+        """Return the joined infos of the houses, with the number of each episode's house."""
         of_all = {"house": np.repeat(self.now, self._each), "_house": np.ones(self.num_envs, bool)}
         return _joined(infos) | of_all
 
 
 def _joined(parts: Sequence[Any]) -> Any:
-    """Return arrays of houses, or dictionaries of such, as one."""
+    """Join arrays, or dictionaries of arrays, of several houses."""
     if not isinstance(parts[0], dict):
         return np.concatenate(parts)
     return {key: _joined([part[key] for part in parts]) for key in parts[0]}

@@ -1,4 +1,4 @@
-"""What the episodes of a data set are, what is needed to run them, who acts in them, and how they are run."""
+"""Record episodes for a data set: their specification, environment and actor."""
 
 from __future__ import annotations
 
@@ -44,15 +44,15 @@ _TARGET_TASK = "Targets: say once a novice timestep what to protect the children
 
 @dataclasses.dataclass(frozen=True)
 class Recording:
-    """Episodes of a data set, and what cameras record of them."""
+    """The episodes of a data set, and the cameras to record."""
 
-    spec: EpisodeSpec  # one of them, from which the others differ in number
+    spec: EpisodeSpec  # one of the episodes; the others differ in number
     cameras: tuple[str, ...] = ()  # names of cameras to record
-    size: tuple[int, int] = (128, 96)  # width and height of what they record, pixels, even
-    answers: tuple[str, ...] = ()  # what the caregiver has answered in each episode, to be given again, if anything
+    size: tuple[int, int] = (128, 96)  # width and height of images, in pixels, even
+    answers: tuple[str, ...] = ()  # the caregiver's earlier answers in each episode, to be replayed, if any
 
     def check(self) -> None:
-        """Raise CaregiverError unless this can be recorded."""
+        """Raise CaregiverError unless all fields are valid."""
         spec, targets = self.spec, self.spec.task == TARGETS
         find_embodiment(spec.embodiment)
         if spec.world == "grid" and not targets:
@@ -69,7 +69,7 @@ class Recording:
 
     @property
     def kwargs(self) -> dict[str, Any]:
-        """Arguments of the environment, the house aside."""
+        """Arguments of the environment, except the house."""
         spec = self.spec
         options = {"embodiment": spec.embodiment} if spec.world == "house" else {}
         options |= {} if spec.sight == "all" else {"sight": spec.sight}
@@ -81,7 +81,7 @@ class Recording:
         """Make the environment.
 
         Raises:
-            CaregiverError: It cannot be made.
+            CaregiverError: The recording is invalid.
         """
         self.check()
         spec = self.spec
@@ -92,11 +92,11 @@ class Recording:
         return make_targets(**kwargs) if spec.task == TARGETS else HouseEnv(spec.task, **kwargs)
 
     def env_spec(self, house: str | None = None) -> EnvSpec:
-        """Return Gymnasium's specification of the environment, of which it can be made on any machine.
+        """Return Gymnasium's specification of the environment, from which any machine can make it.
 
         Args:
-            house: A name of the house that is known wherever the package is; None if it has none. Then, and where
-                collisions do not cost what they do by default, of which a name says nothing, it holds the whole plan.
+            house: A name of the house in the package, or None. Without a name, or with another damage of collisions
+                than by default, the specification holds the whole plan.
         """
         spec = copy.deepcopy(gymnasium.spec(TARGETS_ID if self.spec.task == TARGETS else TASKS[self.spec.task].id))
         spec.kwargs = {**spec.kwargs, **self.kwargs, "house": house}
@@ -107,12 +107,12 @@ class Recording:
         return spec
 
     def about(self) -> About:
-        """Return what a data set of it says of itself."""
+        """Return the description of its data set."""
         (env, _), spec = prepared(self), self.spec
         if isinstance(env, HouseEnv):
             rate, names = 1 / env.dm_env.control_timestep(), env.dm_env.action_spec().name.split("\t")
         else:
-            rate, names = WALKING_SPEED / spec.plan.cell_size, ["target"]  # a decision a novice timestep
+            rate, names = WALKING_SPEED / spec.plan.cell_size, ["target"]  # one decision per novice timestep
         text = _TARGET_TASK if spec.task == TARGETS else _purpose(spec.task)
         return About(
             task=text,
@@ -125,28 +125,28 @@ class Recording:
         )
 
     def spaces(self) -> tuple[spaces.Dict, spaces.Space[Any]]:
-        """Return those of observations and of actions."""
+        """Return the spaces of observations and of actions."""
         env, _ = prepared(self)
-        assert isinstance(env.observation_space, spaces.Dict)  # as it is where it is not asked to be flat
+        assert isinstance(env.observation_space, spaces.Dict)  # no flat observations are recorded
         return env.observation_space, env.action_space
 
 
 def make_recorded(house: Any, task: str = TARGETS, **options: Any) -> HouseEnv | TargetsEnv:
-    """Make an environment of what `Recording.env_spec` says, whose house may be a dictionary of the whole plan.
+    """Make an environment of a `Recording.env_spec`, whose house may be a dictionary of the whole plan.
 
     The options are further arguments of `HouseEnv` or `make_targets`.
 
     Raises:
-        CaregiverError: It cannot be made.
+        CaregiverError: As of these.
     """
     if isinstance(house, dict):
         house = plan_of_record(house, DamageWeights.of(house["damage"]))
     return make_targets(house=house, **options) if task == TARGETS else HouseEnv(task, house, **options)
 
 
-@functools.lru_cache(maxsize=1)  # episodes of one recording follow each other, and a house takes a second to build
+@functools.lru_cache(maxsize=1)  # for consecutive episodes: a house takes a second to build
 def prepared(recording: Recording, number: int = 0) -> tuple[HouseEnv | TargetsEnv, Actor]:
-    """Return the environment of a recording, and who acts in it: of answers those of an episode's number."""
+    """Return the environment and the actor of a recording; `number` selects the answers of an episode."""
     env, spec = recording.make(), recording.spec
     if recording.cameras:
         house_of(env).physics.check_cameras(recording.cameras)
@@ -159,7 +159,7 @@ def prepared(recording: Recording, number: int = 0) -> tuple[HouseEnv | TargetsE
 
 
 def house_of(env: HouseEnv | TargetsEnv) -> control.Environment:
-    """Return the environment in MuJoCo that is within."""
+    """Return the wrapped environment in MuJoCo."""
     return env.world.dm_env if isinstance(env, TargetsEnv) else env.dm_env
 
 
@@ -168,13 +168,13 @@ def _purpose(task: str) -> str:
 
 
 class EnvRollout(Rollout):
-    """An episode of an environment in which somebody acts.
+    """An episode of an environment with an actor.
 
     Attributes:
-        observation: The last one.
-        row: Of the last step its action, reward, cost, damage and strikes, and the hazard; None at first.
-        terminated: Whether the episode came to its end.
-        info: Gymnasium's, of the last step.
+        observation: The last observation.
+        row: Action, reward, cost, damage, strikes and hazard of the last step; None at first.
+        terminated: Whether the episode has terminated.
+        info: Gymnasium's `info` of the last step.
     """
 
     observation: Any  # a dictionary
@@ -188,7 +188,7 @@ class EnvRollout(Rollout):
         return self._over
 
     def begin(self, seed: int) -> None:
-        """Begin the episode of a seed."""
+        """Begin the episode with a seed."""
         self.observation, self.info = self.env.reset(seed=seed)
         self.actor.begin(seed)
         self._over, self.terminated, self.row = False, False, None
@@ -204,7 +204,7 @@ class EnvRollout(Rollout):
 
 
 def collect(recording: Recording, store: pathlib.Path, number: int) -> None:
-    """Run the episode of a number, and put it into the folder of a `Store`."""
+    """Run the episode with a number, and store it in the folder of a `Store`."""
     seed = dataclasses.replace(recording.spec, episode=number).own_seed
     rollout = EnvRollout(*prepared(recording, number if recording.answers else 0))
     observations, rows = list[dict[str, np.ndarray]](), list[tuple[Any, ...]]()
@@ -245,13 +245,13 @@ def collect(recording: Recording, store: pathlib.Path, number: int) -> None:
 def _cameras(
     env: HouseEnv | TargetsEnv, recording: Recording, folder: pathlib.Path
 ) -> Iterator[Callable[[Rollout], None]]:
-    """Give an observer that takes a picture with each camera, without shadows. They go to disk at once."""
+    """Yield an observer that writes an image of each camera, without shadows, to disk."""
     width, height = recording.size
     with contextlib.ExitStack() as files:
         cameras = []
         for name in recording.cameras:
             camera = engine.Camera(house_of(env).physics, height=height, width=width, camera_id=name)
-            camera.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0  # which take four fifths of the time
+            camera.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0  # shadows take four fifths of the time
             cameras.append((camera, files.enter_context(open(frames_file(folder, name), "wb"))))
 
         def look(_: Rollout) -> None:
@@ -261,22 +261,22 @@ def _cameras(
         yield look
 
 
-# -- Who acts ----------------------------------------------------------------------------------------
+# -- Actors ------------------------------------------------------------------------------------------
 
 
 class Actor(abc.ABC):
     """Acts in one environment."""
 
-    def begin(self, seed: int) -> None:  # noqa: B027 (the first time step may tell it)
-        """Begin the episode of a seed, which the environment has begun."""
+    def begin(self, seed: int) -> None:  # noqa: B027 (optional)
+        """Begin the episode with a seed, after the environment's reset."""
 
     @abc.abstractmethod
     def act(self) -> tuple[Any, int]:
-        """Return the next action, as the environment takes it, and the hazard to protect from with it, or NOTHING."""
+        """Return the next action, and the hazard under intervention, or NOTHING."""
 
 
 class RandomActor(Actor):
-    """Draws actions from the whole space of them."""
+    """Draws actions from the action space."""
 
     def __init__(self, env: gymnasium.Env):
         self._env = env
@@ -292,7 +292,7 @@ class RandomActor(Actor):
 
 
 class HouseCaregiver(Actor):
-    """A caregiver with the robot's own actions, or a policy of such."""
+    """A caregiver or policy with the robot's own actions."""
 
     def __init__(self, env: HouseEnv, who: str | Caregiver | ReplayedPolicy, seed: int, queries: Queries = Queries()):
         self._env, self._policy = env, make_policy(env.dm_env, who, seed, queries)
@@ -302,18 +302,17 @@ class HouseCaregiver(Actor):
 
 
 class TargetCaregiver(Actor):
-    """A caregiver that says what to protect the children from, once a novice timestep, and leaves the rest.
+    """A caregiver that chooses targets, once a novice timestep.
 
-    In an evaluation it is asked before each of its actions. Where its answer changes within a timestep, as it may once
-    a candle has been put down, the episodes part.
+    In an evaluation it decides before each of its actions. If its choice changes within a timestep, as it may after
+    putting a candle down, the episodes differ.
     """
 
     def __init__(self, env: TargetsEnv, caregiver: str, seed: int, queries: Queries = Queries()):
         """Prepare it.
 
         Raises:
-            CaregiverError: It does nothing, has no targets or does more than choose them, or must be told more than an
-                environment tells.
+            CaregiverError: The caregiver does nothing, does not only choose targets, or needs privileged information.
         """
         self._world = env.world
         found = find_caregiver(caregiver, queries=queries)
@@ -347,7 +346,7 @@ class TargetCaregiver(Actor):
 
 
 def _beside_targets(caregiver: Caregiver) -> list[str]:
-    """What a caregiver has its own way of, where its targets do not say so and an environment goes the usual way."""
+    """Return the methods that a caregiver overrides beyond the choice of targets."""
     methods = ("prepare", "decide", "protect", "destination")
     own = [name for name in methods if getattr(type(caregiver), name) is not getattr(Caregiver, name)]
     return own if caregiver.yields else [*own, "yields"]

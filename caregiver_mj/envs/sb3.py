@@ -1,4 +1,4 @@
-"""Batches of targets as Stable-Baselines3 takes them, which takes no vector environment of Gymnasium's."""
+"""Adapter of vector environments to Stable-Baselines3, which does not take those of Gymnasium."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ except ImportError as error:
 
 
 class BatchVecEnv(VecEnv):
-    """A `VecEnv` of a batch whose episodes begin and end together: of `make_vec`, `GridHousesVector`, or wrapped ones.
+    """A `VecEnv` of a batch whose episodes begin and end together: from `make_vec`, `GridHousesVector`, or wrappers.
 
-    Observations are as there: `flat` arrays for `MlpPolicy`, dictionaries for `MultiInputPolicy`. The step that ends
-    the episodes gives the first observations of the next ones; each `info` then has `terminal_observation`,
-    `TimeLimit.truncated`, `outcome` and `episode_score`. All others have what the batch has in its `info` of a step.
+    Observations are `flat` arrays for `MlpPolicy`, or dictionaries for `MultiInputPolicy`. The step that ends the
+    episodes returns the first observations of the next ones; each `info` then has `terminal_observation`,
+    `TimeLimit.truncated`, `outcome` and `episode_score`. Other infos are those of the batch.
 
-    `env_method("action_masks")` is what sb3-contrib's `MaskablePPO` asks for. `seed(n)` makes the next reset begin the
-    episodes of the seeds from n on. `VecMonitor` around it adds the returns to the log.
+    `env_method("action_masks")` serves sb3-contrib's `MaskablePPO`. After `seed(n)` the next reset uses the seeds from
+    n on. `VecMonitor` around it logs the returns.
 
     Attributes:
         env: The batch.
     """
 
     def __init__(self, env: gymnasium.vector.VectorEnv):
-        """Take a batch that resets on the next step, as those of this package do.
+        """Wrap a batch that resets on the next step, like those of this package.
 
         Raises:
-            CaregiverError: It is no vector environment, or resets otherwise.
+            CaregiverError: `env` is no vector environment, or has another autoreset mode.
         """
         if not isinstance(env, gymnasium.vector.VectorEnv):
             raise CaregiverError(f"env must be a vector environment, got {env!r}: gymnasium.make_vec makes one")
@@ -98,7 +98,7 @@ class BatchVecEnv(VecEnv):
 
 
 def each(info: dict[str, Any], count: int) -> list[dict[str, Any]]:
-    """Return the `info` of each of so many environments, of Gymnasium's one for all, in which masks begin with `_`."""
+    """Split a vector environment's `info`, whose masks begin with `_`, into one for each of `count` environments."""
     found: list[dict[str, Any]] = [{} for _ in range(count)]
     for key, values in info.items():
         if key.startswith("_") and key[1:] in info:
@@ -110,7 +110,7 @@ def each(info: dict[str, Any], count: int) -> list[dict[str, Any]]:
 
 
 def each_observation(observations: Any, count: int) -> list[Any]:
-    """Return the observation of each of so many environments, an array or a dictionary."""
+    """Split observations, an array or a dictionary, into one for each of `count` environments."""
     if not isinstance(observations, dict):
         return list(observations)
     return [{key: values[i] for key, values in observations.items()} for i in range(count)]

@@ -1,4 +1,4 @@
-"""What environments share: Gymnasium's spaces of what is observed and done, the cost, and seeds."""
+"""Common parts of the environments: spaces, cost, and seeds."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from gymnasium import spaces
 from caregiver_mj.caregivers.target_observation import Encoder
 from caregiver_mj.errors import LARGEST_SEED, CaregiverError, check_integer
 
-STRIKE_COST = 1.0  # of a contact with a part of the robot that moves towards the child, beside what comes of it
+STRIKE_COST = 1.0  # of a strike, in addition to its damage
 
 
 def observation_space(encoder: Encoder) -> spaces.Space[Any]:
-    """Return the space of the observations of one world: a dictionary, or a plain box where they are flat."""
+    """Return the space of the observations of one world: a dictionary, or a box if they are flat."""
     keys = spaces.Dict({key: spaces.Box(0, 1, shape, np.float32) for key, shape in encoder.shapes.items()})
     if "edges" in keys.spaces:
         keys["edges"] = spaces.Box(0, encoder.shapes["node_mask"][0] - 1, encoder.shapes["edges"], np.int64)
@@ -22,19 +22,19 @@ def observation_space(encoder: Encoder) -> spaces.Space[Any]:
 
 
 class CostMeter:
-    """Reads what each step of an episode has cost: the damage to the children, and `STRIKE_COST` for every strike.
+    """Meters the cost of each step: the damage to the children, and `STRIKE_COST` for every strike.
 
-    Over the episode that is its `damage` and its `strikes`, as in the tables.
+    The sums over an episode are the columns `damage` and `strikes`.
     """
 
     def __init__(self, harmed: Any):
-        """Take what has all `damage` to the children in an episode so far, and all `strikes`; or those of a batch."""
+        """Take an object with the total `damage` and `strikes` of an episode, or of a batch, so far."""
         self._harmed = harmed
         self._damage: float | np.ndarray = 0.0
         self._strikes: int | np.ndarray = 0
 
     def read(self) -> dict[str, Any]:
-        """Return what has come since it was last read: `cost`, and of that `damage` and the number of `strikes`."""
+        """Return the `cost` since the last call, with its `damage` and number of `strikes`."""
         damage, strikes = self._harmed.damage - self._damage, self._harmed.strikes - self._strikes
         self._damage, self._strikes = self._harmed.damage, self._harmed.strikes
         return {"cost": damage + STRIKE_COST * strikes, "damage": damage, "strikes": strikes}
@@ -44,7 +44,7 @@ Seed: TypeAlias = "int | np.random.Generator | np.random.RandomState | None"
 
 
 def plain_seed(seed: Seed) -> int | None:
-    """Return a seed as Gymnasium takes it: NumPy's integer as Python's, of a source of randomness one that it draws."""
+    """Return a seed for Gymnasium: a Python integer, drawn if `seed` is a source of randomness, or None."""
     if isinstance(seed, np.random.Generator):
         return int(seed.integers(LARGEST_SEED + 1))
     if isinstance(seed, np.random.RandomState):
@@ -53,12 +53,12 @@ def plain_seed(seed: Seed) -> int | None:
 
 
 def episode_seed(seed: int | None, random: np.random.Generator) -> int:
-    """Return the seed of the next episode: the one that is asked for, or else one that is drawn.
+    """Return the seed of the next episode: the given one, or a drawn one.
 
-    What is drawn depends on what was drawn before, but not on what happened in these episodes.
+    Draws do not depend on the events of earlier episodes.
 
     Raises:
-        CaregiverError: There is no episode of that seed.
+        CaregiverError: The seed is out of range.
     """
     if seed is None:
         return int(random.integers(LARGEST_SEED + 1))

@@ -1,4 +1,4 @@
-"""Targets in the grid: a batch of episodes as a true vector environment."""
+"""Targets in the grid: a batch of episodes as a vector environment."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ from caregiver_mj.experiments.score import Scorer
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 
-MOST_EPISODES = 100_000  # at once: they take memory from the start
-LEAST_PIXELS, MOST_PIXELS = 32, (1920, 1080)  # of a picture's sides, as large as in the house
+MOST_EPISODES = 100_000  # at once; they take memory from the start
+LEAST_PIXELS, MOST_PIXELS = 32, (1920, 1080)  # of an image's sides, as in the house
 
 
 class TargetGrid:
-    """A batch of B episodes in the grid, up to one decision and from there to the next.
+    """A batch of B episodes in the grid that runs from decision to decision.
 
     Attributes:
         world: The grid.
-        caregiver: Who is told what to do.
+        caregiver: The caregiver, which executes the targets.
         family: The children.
-        children: How many there are.
-        encoder: What is observed of it.
+        children: Number of children.
+        encoder: Makes the observations.
         ended: Whether the episodes are over.
-        diverged: False, for there are no physics to come apart.
-        dm_env: None, likewise.
+        diverged: False: the grid has no physics.
+        dm_env: None: the grid has no physics.
     """
 
     diverged, dm_env = False, None
@@ -47,7 +47,7 @@ class TargetGrid:
     def __init__(
         self, house: str | os.PathLike[str] | FloorPlan, epsilon: ChildrenLike | Sequence[ChildrenLike], **options: Any
     ):
-        """Make it; the options are further arguments of `Encoder`."""
+        """Prepare the episodes; the options are further arguments of `Encoder`."""
         plan = house if isinstance(house, FloorPlan) else FloorPlan.load(house)
         self.family, self.caregiver = ChildGroup.of(epsilon), CommandedCaregiver(plan)
         self.children = len(self.family)
@@ -57,7 +57,7 @@ class TargetGrid:
         self.ended = False
 
     def begin(self, seeds: Sequence[int]) -> None:
-        """Begin the episodes of some seeds, with the children's first moves."""
+        """Begin the episodes with some seeds, with the children's first moves."""
         self.world.reset([RandomStream.draw_group(np.random.RandomState(seed), self.children) for seed in seeds])
         self._cost = CostMeter(self.world.ledger)
         self.ended = False
@@ -66,7 +66,7 @@ class TargetGrid:
         self.encoder.trace.appendleft(self.world.previous_cell)
 
     def act(self, actions: np.ndarray) -> None:
-        """Run the caregiver's half of a novice timestep, then the children's half of the next one, if there is one."""
+        """Run the caregiver's half of a novice timestep, then the children's half of the next one, if any."""
         self.caregiver.targets = self.encoder.slots.targets(actions, len(self.caregiver.targets))
         self.world.care(self.caregiver)
         self.ended = self.world.timestep >= EPISODE_TIMESTEPS
@@ -75,15 +75,15 @@ class TargetGrid:
             self.encoder.trace.appendleft(self.world.previous_cell)
 
     def percept(self) -> Percept:
-        """Return what a caregiver sees."""
+        """Return the caregiver's percept."""
         return self.world.percept()
 
     def cost(self) -> dict[str, np.ndarray]:
-        """Return what the last decision has cost in each world, as of `CostMeter`."""
+        """Return the cost of the last decision in each world, as of `CostMeter`."""
         return self._cost.read()
 
     def outcome(self) -> dict[str, Any]:
-        """Return what is measured of the first world."""
+        """Return the measures of the first world, by column."""
         return self.world.ledger.outcome()
 
     def scores(self) -> np.ndarray:
@@ -91,17 +91,17 @@ class TargetGrid:
         return self._scorer(self.world.timestep, self.world.ledger.totals())
 
     def painter(self, width: int, height: int) -> Callable[..., np.ndarray]:
-        """Return what draws one of the worlds, by its number, uint8 (height, width, 3).
+        """Return a function that draws the world with a number, uint8 (height, width, 3).
 
         Raises:
-            CaregiverError: There is no picture of that size.
+            CaregiverError: The image size is invalid.
         """
         for what, size, most in (("width", width, MOST_PIXELS[0]), ("height", height, MOST_PIXELS[1])):
             check_integer(f"the {what} of a picture, in pixels,", size, LEAST_PIXELS, most)
         return functools.partial(self._paint, int(width), int(height))
 
     def _paint(self, width: int, height: int, number: int = 0) -> np.ndarray:
-        from caregiver_mj.viz import hud, moment  # here, for they are not needed without pictures
+        from caregiver_mj.viz import hud, moment  # only needed for rendering
 
         return hud.draw_plan(moment.grid_state(self.world, self.family, number), width, height)
 
@@ -109,8 +109,8 @@ class TargetGrid:
 class GridTargetsVector(gymnasium.vector.VectorEnv):
     """`Supervise-Targets` in the grid, many episodes at once; see `TargetsEnv` for actions, rewards and `info`.
 
-    All episodes are equally long, so they end and begin together: the step after the last one begins new ones, whatever
-    the actions (autoreset on the next step).
+    All episodes have the same length, so they begin and end together: the step after the last one begins new ones,
+    regardless of the actions (autoreset on the next step).
 
     Attributes:
         grid: The episodes.
@@ -153,12 +153,12 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
     def reset(
         self, *, seed: Seed | Sequence[Seed] = None, options: dict[str, Any] | None = None
     ) -> tuple[Observations, dict[str, Any]]:
-        """Begin episodes: of the seeds from one on, of a seed for each, or of seeds that are drawn.
+        """Begin episodes with the seeds from `seed` on, with a seed for each, or with random seeds.
 
-        Seeds may be NumPy's integers; of a `Generator` or a `RandomState` it is the next ones that this draws.
+        A `Generator` or a `RandomState` draws its seed.
 
         Raises:
-            CaregiverError: The options ask for only some of them, or the seeds are not integers, or not as many.
+            CaregiverError: The options reset only some of the episodes, or the seeds are no integers, or too few.
         """
         if options and not np.all(options.get("reset_mask", True)):
             raise CaregiverError("reset_mask must be left out: all episodes of the batch begin together")
@@ -193,13 +193,13 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
         return observations, 0.0 - cost["damage"], none, np.full(self.num_envs, self.grid.ended), info
 
     def render(self) -> tuple[np.ndarray, ...] | None:
-        """Return a picture of each world."""
+        """Return an image of each world."""
         if self._paint and not self._is_reset:
             raise gymnasium.error.ResetNeeded("call reset() before the first picture")
         return tuple(map(self._paint, range(self.num_envs))) if self._paint else None
 
     def _outcome(self) -> dict[str, np.ndarray]:
-        """What is measured of every episode, (B,) each; of each child as lists, which is how Gymnasium has them."""
+        """Return the measures of every episode by column, (B,) each; measures of each child are lists."""
         ledger = self.grid.world.ledger
         found: dict[str, np.ndarray] = dict(ledger.totals())
         for name, of_children in ledger.by_child().items():
@@ -208,12 +208,12 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
         return found
 
     def _of_all(self, info: dict[str, Any]) -> dict[str, Any]:
-        """As Gymnasium has it: beside each key a mask of whose it is, which is everybody's."""
+        """Add Gymnasium's masks, which are True for all episodes."""
         return info | {f"_{key}": np.ones(self.num_envs, bool) for key in info}
 
 
 def _seeds(seed: Seed | Sequence[Seed], count: int) -> list[int | None]:
-    """A seed for each of so many episodes: those from one on, those that are given, or None."""
+    """Return a seed for each of `count` episodes: consecutive ones, the given ones, or None."""
     if seed is None:
         return [None] * count
     if isinstance(seed, (np.random.Generator, np.random.RandomState)):

@@ -1,4 +1,4 @@
-"""Targets in the house: the robot carries out what somebody else decides, once a novice timestep."""
+"""Targets in the house: the robot executes the chosen target, once a novice timestep."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from caregiver_mj.tasks import load
 
 
 class _Decisions(HouseRollout):
-    """An episode that halts wherever a decision is due."""
+    """An episode that pauses when a decision is due."""
 
     due = False
 
@@ -33,17 +33,16 @@ class _Decisions(HouseRollout):
 
 
 class TargetHouse:
-    """An episode in the house, up to one decision and from there to the next; a batch of one.
+    """An episode in the house, a batch of one, that runs from decision to decision.
 
-    A decision is due whenever it has just become clear where all children are heading, which is when the scripted
-    caregivers decide, too.
+    A decision is due when all children's moves have become clear, which is also when scripted caregivers decide.
 
     Attributes:
-        dm_env: The `dm_env.Environment` within.
-        policy: Who acts in it.
-        diverged: Whether the episode is over because the simulation has come apart.
+        dm_env: The wrapped `dm_env.Environment`.
+        policy: The policy, which executes the targets.
+        diverged: Whether the episode ended because the simulation diverged.
 
-    The others are as of `TargetGrid`.
+    The others are as in `TargetGrid`.
     """
 
     def __init__(
@@ -54,8 +53,8 @@ class TargetHouse:
         visuals: bool = False,
         **options: Any,
     ):
-        """Make it; the options are further arguments of `Encoder`."""
-        kwargs = {"random": 0, **(task_kwargs or {})}  # of tables that are drawn, as in `HouseEnv`
+        """Prepare the episode; the options are further arguments of `Encoder`."""
+        kwargs = {"random": 0, **(task_kwargs or {})}  # for random tables, as in `HouseEnv`
         self.dm_env = load("supervise", house, epsilon, task_kwargs=kwargs, visuals=visuals)
         task = self.dm_env.task
         self.caregiver = CommandedCaregiver(task.plan)
@@ -67,26 +66,26 @@ class TargetHouse:
         self.encoder = Encoder(self.caregiver, self.children, timesteps=timesteps, **options)
 
     def begin(self, seeds: Sequence[int]) -> None:
-        """Begin the episode of a seed, up to the first decision; until then the robot keeps out of the way."""
+        """Begin the episode with a seed, and run to the first decision; until then the robot keeps out of the way."""
         (seed,) = seeds
         self.diverged = False
         self._rollout.begin(seed)
         self._cost = CostMeter(self.dm_env.task)
         self.encoder.trace.clear()
-        self._go_on()
+        self._run_on()
 
     def act(self, actions: np.ndarray) -> None:
-        """Go on to the next decision, or to the end."""
+        """Run to the next decision, or to the end."""
         self.caregiver.targets = self.encoder.slots.targets(actions, 1)
         self._rollout.due = False
-        self._go_on()
+        self._run_on()
 
     @property
     def ended(self) -> bool:
         """Whether the episode is over."""
         return self.diverged or self._rollout.over
 
-    def _go_on(self) -> None:
+    def _run_on(self) -> None:
         try:
             decides = self._rollout.run_on(until=lambda: self._rollout.due)
         except DivergenceError:
@@ -96,15 +95,15 @@ class TargetHouse:
             self.encoder.trace.appendleft(self.percept().previous_cell)
 
     def percept(self) -> Percept:
-        """Return what a caregiver sees, of a batch of one."""
+        """Return the caregiver's percept."""
         return self.policy.percept()
 
     def cost(self) -> dict[str, np.ndarray]:
-        """Return what the last decision has cost, as of `CostMeter`, (1,) each."""
+        """Return the cost of the last decision, as of `CostMeter`, (1,) each."""
         return {key: np.array([value]) for key, value in self._cost.read().items()}
 
     def outcome(self) -> dict[str, Any]:
-        """Return what is measured of the episode."""
+        """Return the measures of the episode, by column."""
         return self.dm_env.task.outcome()
 
     def scores(self) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Supervision by targets: an action is the hazard to protect the children from, and the caregiver executes it."""
+"""Supervision by targets: an action is a hazard to protect from, and the caregiver executes it."""
 
 from __future__ import annotations
 
@@ -19,20 +19,19 @@ from caregiver_mj.experiments.spec import WORLDS
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 OVERVIEW = "overview"  # the camera, unless another one is asked for
-_FRAME_RATE = 5  # novice timesteps a second of film, some eight times real time
+_FRAME_RATE = 5  # novice timesteps per second of film, some eight times real time
 
 
 class TargetsEnv(gymnasium.Env):
-    """One episode of targets. Each step is a novice timestep, decided on once it is clear where the children go.
+    """Supervision by targets. Each step is a novice timestep, decided when the children's moves are clear.
 
-    Action 0 is to protect them from nothing, which means to keep out of the way; the others are the hazards, first the
-    stairwells, then what is carried, then what lies on the floor. One that the caregiver can do nothing about counts as
-    0; with a candle in the hand it is put down first, whatever the action. `info["action_mask"]` has which actions do
-    something.
+    Action 0 protects from nothing: the caregiver keeps out of the way. The others are the hazards: stairwells, things
+    to carry, then things on the floor. A hazard that the caregiver can do nothing about counts as 0; with a candle in
+    the hand it puts that down first. `info["action_mask"]` has whether each action has an effect.
 
-    The reward is the damage to the children since the last step, negative: the return of an episode is minus the
-    `damage` of the tables. That of their first moves, which nobody could prevent, is in the first step. `info` has
-    `cost`, `diverged`, `seed`, `outcome` and `episode_score` as that of `HouseEnv` has.
+    The reward is minus the damage to the children since the last step, so the return of an episode is minus its
+    `damage`. The first step includes the damage of the first moves, which nobody could prevent. `info` has `cost`,
+    `diverged`, `seed`, `outcome` and `episode_score`, as in `HouseEnv`.
     """
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": _FRAME_RATE}  # noqa: RUF012 (Gymnasium's own manner)
@@ -40,7 +39,7 @@ class TargetsEnv(gymnasium.Env):
     def __init__(self, world: Any, draw: Callable[[], np.ndarray] | None = None):
         """Make an environment of a `TargetGrid` or a `TargetHouse`.
 
-        If `render` is to do so, `draw` draws a picture of it, uint8 (height, width, 3).
+        For rendering, `draw` returns an image, uint8 (height, width, 3).
         """
         self.world, self._draw = world, draw
         self.render_mode = "rgb_array" if draw else None
@@ -49,9 +48,9 @@ class TargetsEnv(gymnasium.Env):
         self._runs = self._is_reset = False
 
     def reset(self, *, seed: Seed = None, options: dict[str, Any] | None = None) -> tuple[Observations, dict[str, Any]]:
-        """Begin the episode with that seed in the column `seed` of `evaluate`; without one it draws a seed.
+        """Begin the episode with a seed, as in the column `seed` of `evaluate`; without one it draws a seed.
 
-        Of a `Generator` or a `RandomState` it is the next one that this draws.
+        A `Generator` or a `RandomState` draws the seed.
         """
         asked = plain_seed(seed)
         super().reset(seed=asked)
@@ -85,7 +84,7 @@ class TargetsEnv(gymnasium.Env):
             self.world.dm_env.close()
 
     def action_masks(self) -> np.ndarray:
-        """Return which actions do something now, bool (actions,); sb3-contrib's MaskablePPO asks for this name."""
+        """Return whether each action has an effect now, bool (actions,); sb3-contrib's MaskablePPO calls this."""
         return self.world.encoder.mask(self.world.percept())[0].astype(bool)
 
     def _look(self) -> tuple[Observations, np.ndarray]:
@@ -110,22 +109,22 @@ def make_targets(
     """Make an environment whose actions are targets.
 
     Args:
-        world: "grid", or "house", in which the robot carries them out.
-        house: A floor plan, the name of one that comes with the package, or a path of one.
+        world: "grid", or "house", in which the robot executes the targets.
+        house: A floor plan, its name in the package, or its path.
         epsilon: The children, as `load` takes them.
         task_kwargs: Further arguments of the task in the house, as `load` takes them.
-        render_mode: "rgb_array" or None. A picture of the grid is its floor plan, with whoever is where.
-        width: Of a picture, in pixels.
-        height: Likewise.
-        camera: Its camera, in the house.
-        options: `observation`, what an observation is: "numbers", a dictionary; "flat", one array, its values in the
-            order of that dictionary's keys; or a "map" or a "graph" of the house, with the rest beside it in a
-            dictionary. `slots`, how many places for stairwells and for candles, and (a third number) for what lies on
-            the floor, actions and observations have, so that they are of one size in different houses; as many as the
-            house has if None. `shape`, rows and columns that a map has, or that a graph has nodes for, likewise.
+        render_mode: "rgb_array" or None. An image of the grid is its floor plan with children and caregiver.
+        width: Width of an image, in pixels.
+        height: Height of an image, in pixels.
+        camera: Camera of the images, in the house.
+        options: `observation`, the kind of observation: "numbers", a dictionary; "flat", one array, in the order of
+            that dictionary's keys; or "map" or "graph", a dictionary with a map or graph of the house. `slots`, the
+            numbers of slots for stairwells, candles and, optionally, things on the floor, which give different houses
+            the same shapes; None for those of the house. `shape`, rows and columns of a map, or of the nodes of a
+            graph; None for those of the house.
 
     Raises:
-        CaregiverError: There is no such world, observation or render mode, slots or shape do not do; or as of `load`.
+        CaregiverError: The world, observation, render mode, slots or shape are invalid; or as of `load`.
     """
     if world not in WORLDS:
         raise CaregiverError(f"no world '{world}': there are {', '.join(WORLDS)}")
@@ -137,7 +136,7 @@ def make_targets(
             )
         grid = TargetGrid(house, epsilon, **options)
         return TargetsEnv(grid, grid.painter(width, height) if render_mode else None)
-    from caregiver_mj.envs.target_house import TargetHouse  # here, for the grid does without MuJoCo
+    from caregiver_mj.envs.target_house import TargetHouse  # imports MuJoCo, which the grid does not need
 
     made = TargetHouse(house, epsilon, task_kwargs, render_mode is not None, **options)
     if render_mode is None:
