@@ -17,21 +17,21 @@ from collections.abc import Iterator
 from typing import Any, NoReturn
 
 MB = 10**6  # bytes
-LARGEST_SUBMISSION = 500 * MB  # bytes of a file as it lies on disk: 10,000 episodes in the house have 100 MB
-LARGEST_UNPACKED = 2_000 * MB  # bytes of all that is in it: 100,000 episodes in the grid have 300 MB
-LARGEST_RATIO = 200  # unpacked bytes a packed one; JSON of equal rows comes to 40, zeros to 1,000
-MOST_PARTS = 200_000  # files in it, one a block, each of which takes 1 kB of memory
-LARGEST_JSON = 32 * MB  # bytes of one JSON text; a block of 1,000 episodes has 4 MB. Its objects may take 12 times that
-MOST_BRACKETS = 500_000  # lists and objects in one JSON text: "[]," of 3 bytes takes 64, which makes a bomb
-LARGEST_TABLE = 500 * MB  # bytes of a parquet file: 10 million episodes, as many as a run may have
-LARGEST_PIECE = 64 * MB  # bytes that may be unpacked of a file, however small that is
-LARGEST_ARRAYS = 64 * MB  # bytes of a caregiver's answers as arrays: those of 1,000 episodes have 8 MB
-MOST_NUMBERS = 10**7  # in one of these arrays, where a side of length 0 counts as 1: rows of nothing take memory, too
-LARGEST_PLAN = MB  # bytes of a file with a floor plan
-MOST_CELLS = 10_000  # of a floor plan, 75 m x 75 m: ten times as many take 10 s and a hundred times the memory
-LONGEST_LINE = 1_000  # characters of a message; a terminal shows 80 in a line
+LARGEST_SUBMISSION = 500 * MB  # packed; 10,000 episodes in the house have 100 MB
+LARGEST_UNPACKED = 2_000 * MB  # of a submission; 100,000 episodes in the grid have 300 MB
+LARGEST_RATIO = 200  # unpacked over packed size; JSON of equal rows reaches 40, zeros 1,000
+MOST_PARTS = 200_000  # files in a submission, one a block, each of which takes 1 kB of memory
+LARGEST_JSON = 32 * MB  # of a JSON text; a block of 1,000 episodes has 4 MB. Its objects may take 12 times the memory
+MOST_BRACKETS = 500_000  # lists and objects in a JSON text: "[]," of 3 bytes takes 64 in memory
+LARGEST_TABLE = 500 * MB  # of a parquet file; enough for the 10 million episodes that a run may have
+LARGEST_PIECE = 64 * MB  # unpacked size that is allowed for any file
+LARGEST_ARRAYS = 64 * MB  # of a caregiver's answers as arrays; those of 1,000 episodes have 8 MB
+MOST_NUMBERS = 10**7  # in one of these arrays, where a length of 0 counts as 1, because empty rows take memory, too
+LARGEST_PLAN = MB  # of a file with a floor plan
+MOST_CELLS = 10_000  # of a floor plan, 75 m x 75 m; ten times as many take 10 s and a hundred times the memory
+LONGEST_LINE = 1_000  # characters of a message
 
-_TAG = re.compile(r"<(?=[A-Za-z/!?])")  # "< 5 %" is none
+_TAG = re.compile(r"<(?=[A-Za-z/!?])")  # start of an HTML tag, unlike "< 5 %"
 _IN_MARKDOWN = str.maketrans({"|": "/", "`": "'"})
 
 

@@ -1,4 +1,4 @@
-"""Which children are in the house: one or several, each with its behaviour."""
+"""Child groups: the children of a house, one or several, each with its behaviour."""
 
 from __future__ import annotations
 
@@ -41,22 +41,22 @@ NOVICE = "novice"
 
 @dataclasses.dataclass(frozen=True)
 class ChildSpec:
-    """Who a child is."""
+    """Specification of a child."""
 
-    epsilon: float = 0.5  #: share of its moves that are random
-    behaviour: str = NOVICE  #: name of what decides its moves, one of `CHILDREN`
+    epsilon: float = 0.5  #: share of random moves
+    behaviour: str = NOVICE  #: name of its behaviour, one of `CHILDREN`
 
     def check(self) -> None:
-        """Raise CaregiverError unless there can be such a child, whose code is imported."""
+        """Raise CaregiverError unless this is valid; imports the code of the behaviour."""
         check_epsilon(self.epsilon)
         check_kind("the name of a child", self.behaviour, str)
-        CHILDREN[self.behaviour]  # there may be none, and one that comes from another package may fail to load
+        CHILDREN[self.behaviour]  # raises for an unknown name, or if its package fails to load
 
     def make(self, plan: FloorPlan) -> Behaviour:
-        """Make what decides its moves.
+        """Make its behaviour.
 
         Raises:
-            CaregiverError: There can be no such child, or it cannot be made of a house and an epsilon.
+            CaregiverError: The specification is invalid, or the behaviour cannot be made from a house and an epsilon.
         """
         self.check()
         maker = CHILDREN[self.behaviour]
@@ -65,29 +65,29 @@ class ChildSpec:
             return maker(plan, self.epsilon)
 
     def __str__(self) -> str:
-        """Return its name in tables and files, of which `ChildGroup.parse` makes the same child again."""
+        """Return its name in tables and files, the inverse of `ChildGroup.parse`."""
         share = np.format_float_positional(self.epsilon, trim="-")
         return share if self.behaviour == NOVICE else f"{self.behaviour}:{share}"
 
 
-MOST_CHILDREN = 100  # in a family: of more, no house has room
+MOST_CHILDREN = 100  # of a group; no house has room for more
 
 ChildrenLike: TypeAlias = "ChildGroup | ChildSpec | Behaviour | float | str"  # of one child, or of several
 
 
 @dataclasses.dataclass(frozen=True)
 class ChildGroup:
-    """The children that are in a house together."""
+    """The children of a house."""
 
-    #: at least one. A ready-made behaviour may stand for a child, for one only and in one house only
+    #: at least one. A behaviour may stand for a child, for a single one in a single house
     children: tuple[ChildSpec | Behaviour, ...] = (ChildSpec(),)
 
     @classmethod
     def of(cls, who: ChildrenLike | Sequence[ChildrenLike]) -> ChildGroup:
-        """Make a family: of an epsilon, a text for `parse`, a child or a family that is made, or several of these.
+        """Make a group from an epsilon, a text for `parse`, a child, a group, or several of these.
 
         Raises:
-            CaregiverError: There is no such family.
+            CaregiverError: `who` is none of these, or the text is invalid.
         """
         if isinstance(who, ChildGroup):
             return who
@@ -104,26 +104,26 @@ class ChildGroup:
 
     @classmethod
     def parse(cls, text: str, behaviour: str = NOVICE) -> ChildGroup:
-        """Read a family: the epsilon of each child, separated by commas, such as "0.5" or "1,.25".
+        """Parse the epsilon of each child, separated by commas, such as "0.5" or "1,.25".
 
-        One with a behaviour other than that given has its name before it, as in "adversary:0.5".
+        A name before an epsilon, as in "adversary:0.5", replaces the given behaviour.
 
         Raises:
-            CaregiverError: It cannot be read, or there is no such child.
+            CaregiverError: The text is invalid, or a behaviour is unknown.
         """
-        family = cls.named(text, behaviour)
-        family.check()
-        return family
+        group = cls.named(text, behaviour)
+        group.check()
+        return group
 
     @classmethod
     def named(cls, text: str, behaviour: str = NOVICE) -> ChildGroup:
-        """Read a family as `parse` does, but import no child: from outside its name may be that of any code.
+        """Parse a text like `parse`, without importing behaviours: a stranger's text may name any code.
 
         Raises:
-            CaregiverError: It cannot be read.
+            CaregiverError: The text is invalid.
         """
-        if (most := text.count(",") + 1) > MOST_CHILDREN:
-            raise CaregiverError(f"a family must have at most {MOST_CHILDREN} children, got {most}")
+        if (count := text.count(",") + 1) > MOST_CHILDREN:
+            raise CaregiverError(f"children must be at most {MOST_CHILDREN}, got {count}")
         children = []
         for part in text.split(","):
             name, colon, epsilon = part.strip().rpartition(":")
@@ -131,26 +131,26 @@ class ChildGroup:
                 share = float(epsilon)
             except ValueError:
                 raise CaregiverError(
-                    f"a family must be the epsilon of each child, such as 0.5 or 1,.25 or adversary:0.5, got '{text}'"
+                    f"children must be the epsilon of each, such as 0.5 or 1,.25 or adversary:0.5, got '{text}'"
                 ) from None
             children.append(ChildSpec(check_epsilon(share), name if colon else behaviour))
         return cls(tuple(children))
 
     def check(self) -> None:
-        """Raise CaregiverError unless there can be such a family."""
+        """Raise CaregiverError unless the group is valid."""
         if not self.children:
-            raise CaregiverError("a family must have at least 1 child, got none")
+            raise CaregiverError("children must be at least 1, got none")
         if len(self.children) > MOST_CHILDREN:
-            raise CaregiverError(f"a family must have at most {MOST_CHILDREN} children, got {len(self.children)}")
+            raise CaregiverError(f"children must be at most {MOST_CHILDREN}, got {len(self.children)}")
         for child in self.children:
             if isinstance(child, ChildSpec):
                 child.check()
 
     def make(self, plan: FloorPlan) -> tuple[Behaviour, ...]:
-        """Make what decides the moves of each child.
+        """Make the behaviour of each child.
 
         Raises:
-            CaregiverError: There can be no such family, or not in this house.
+            CaregiverError: The group is invalid, or made for another house.
         """
         self.check()
         check_different([self])
@@ -160,16 +160,16 @@ class ChildGroup:
         return made
 
     def times(self, count: int) -> ChildGroup:
-        """Return a family with every child so many times; the draws, and so the moves, of each are its own."""
+        """Return a group with `count` of each child; each has its own draws."""
         if count < 1:
-            raise CaregiverError(f"a family must have at least 1 child, got {count}")
+            raise CaregiverError(f"children must be at least 1, got {count}")
         if count * len(self) > MOST_CHILDREN:
-            raise CaregiverError(f"a family must have at most {MOST_CHILDREN} children, got {count * len(self)}")
+            raise CaregiverError(f"children must be at most {MOST_CHILDREN}, got {count * len(self)}")
         return ChildGroup(self.children * count)
 
     @property
     def epsilon(self) -> float:
-        """Share of random moves, the mean of its children."""
+        """Mean share of random moves."""
         return sum(child.epsilon for child in self.children) / len(self.children)
 
     def __len__(self) -> int:
@@ -179,10 +179,10 @@ class ChildGroup:
         return ",".join(map(str, self.children))
 
 
-def check_different(families: Iterable[ChildGroup]) -> None:
-    """Raise CaregiverError if one object is to be two children: they would share what it remembers."""
+def check_different(groups: Iterable[ChildGroup]) -> None:
+    """Raise CaregiverError if one behaviour object stands for two children, which would share its state."""
     seen: set[int] = set()
-    for child in (child for family in families for child in family.children):
+    for child in (child for group in groups for child in group.children):
         if isinstance(child, Behaviour):
             if id(child) in seen:
                 raise CaregiverError(
@@ -192,16 +192,16 @@ def check_different(families: Iterable[ChildGroup]) -> None:
             seen.add(id(child))
 
 
-# -- Different children in one batch of episodes, which is as fast as that of one kind of them -------
+# -- Different child groups in one batch of episodes ------------------------------------------------
 
 
 class SideBySide(Behaviour):
-    """Behaviours each of which decides for so many episodes of the batch, the first one for the first.
+    """Several behaviours, each for a part of the batch, in order.
 
     Attributes:
         parts: The behaviours.
-        sizes: For how many episodes each decides.
-        children: Who they are; the behaviours themselves if that is not said.
+        sizes: Number of episodes of each.
+        children: Their specifications; the behaviours themselves by default.
     """
 
     def __init__(
@@ -239,28 +239,28 @@ class SideBySide(Behaviour):
         return np.concatenate([answer(part, share) for part, share in zip(self.parts, self._shares, strict=True)])
 
 
-def side_by_side(plan: FloorPlan, families: Sequence[ChildGroup], episodes: int) -> ChildGroup:
-    """Return one family that stands for several with as many children each: so many episodes of the first, and so on.
+def side_by_side(plan: FloorPlan, groups: Sequence[ChildGroup], episodes: int) -> ChildGroup:
+    """Combine groups of the same size into one for a batch with `episodes` of each, one group after the other.
 
     Raises:
-        CaregiverError: One has more children than another, or the same object for one; or as of `ChildGroup.make`.
+        CaregiverError: The groups differ in size, or share a behaviour object; or as of `ChildGroup.make`.
     """
-    if len({len(family) for family in families}) > 1:
+    if len({len(group) for group in groups}) > 1:
         raise CaregiverError(
-            f"families must have equally many children, got {', '.join(str(len(family)) for family in families)}"
+            f"families must have equally many children, got {', '.join(str(len(group)) for group in groups)}"
         )
-    check_different(families)
-    sizes = [episodes] * len(families)
-    made = [family.make(plan) for family in families]
-    who = zip(*(family.children for family in families), strict=True)
+    check_different(groups)
+    sizes = [episodes] * len(groups)
+    made = [group.make(plan) for group in groups]
+    who = zip(*(group.children for group in groups), strict=True)
     each = zip(zip(*made, strict=True), who, strict=True)
     return ChildGroup(tuple(SideBySide(plan, parts, sizes, children) for parts, children in each))
 
 
-def parts_of(family: ChildGroup) -> list[tuple[ChildGroup, int]]:
-    """Return the families that stand side by side in one, each with its number of episodes; else itself, with 1."""
-    first = family.children[0]
+def parts_of(group: ChildGroup) -> list[tuple[ChildGroup, int]]:
+    """Return the groups that `side_by_side` combined, each with its number of episodes; else the group, with 1."""
+    first = group.children[0]
     if not isinstance(first, SideBySide):
-        return [(family, 1)]
-    children = [child.children for child in family.children if isinstance(child, SideBySide)]
+        return [(group, 1)]
+    children = [child.children for child in group.children if isinstance(child, SideBySide)]
     return [(ChildGroup(tuple(parts)), size) for *parts, size in zip(*children, first.sizes, strict=True)]

@@ -1,6 +1,6 @@
 """The command `caregiver-mj`.
 
-Exit status: 0 done, 2 bad input (one line that says what and where), 1 anything else.
+Exit status: 0 for success, 2 for bad input (with one line that names the problem), 1 for any other failure.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ if TYPE_CHECKING:
     from _typeshed import SupportsWrite
 
 PROGRAM = "caregiver-mj"
-_READERS = ("report", "compare", "pool", "submit", "verify", "leaderboard")  # commands that only read what others ran
+_READERS = ("report", "compare", "pool", "submit", "verify", "leaderboard")  # commands that read finished runs
 _LONGEST_FAILURE = 20_000  # characters of a message, such as a worker's traceback
-_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)  # when there is no writing to standard output
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)  # errors of writing to standard output
 
-# Each command's module, whose `add_` function of that name adds its options, and what it does. Modules take up to a
-# second to import: that of the command which is given alone is.
+# Module and description of each command. The module's function `add_<command>` adds the options. Only the module of
+# the given command is imported, because that takes up to a second.
 _COMMANDS = {
     "evaluate": ("evaluate", "run caregivers with children and print the table"),
     "paper": ("paper", "print the paper's Tables I and II beside ours, in half a minute"),
@@ -51,7 +51,7 @@ _COMMANDS = {
 
 
 class HelpFormatter(argparse.HelpFormatter):
-    """Says each option's default as one would type it, where there is one to say."""
+    """Appends each option's default, as typed on the command line."""
 
     def _get_help_string(self, action: argparse.Action) -> str | None:
         default = action.default
@@ -62,7 +62,7 @@ class HelpFormatter(argparse.HelpFormatter):
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser whose errors are one line, like all others, also those of writing its help."""
+    """A parser that raises CaregiverError with one line."""
 
     def __init__(self, **options: Any):
         super().__init__(**{"formatter_class": HelpFormatter} | options)
@@ -72,13 +72,13 @@ class Parser(argparse.ArgumentParser):
         raise CaregiverError(f"{command}: {message}" if command else message)
 
     def exit(self, status: int = 0, message: str | None = None) -> NoReturn:
-        """End once the help, or the version, has been written."""
-        if sys.stdout is not None:  # as it is if it was closed
+        """Exit after writing the help or the version."""
+        if sys.stdout is not None:  # None if closed
             sys.stdout.flush()
         super().exit(status, message)
 
     def _print_message(self, message: str, file: SupportsWrite[str] | None = None) -> None:
-        """Write it, as the one of argparse does, which has nothing to say where that fails."""
+        """Write a message, without argparse's suppression of errors."""
         if (stream := file or sys.stderr) is not None:
             stream.write(message)
 
@@ -88,20 +88,20 @@ def main(argv: Sequence[str] | None = None) -> int:
     argv = list(sys.argv[1:] if argv is None else argv)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a terminal that knows no ± shall show the rest
+            stream.reconfigure(errors="replace")  # for terminals without ±
     try:
         with _terminated_in_order():
             arguments = make_parser(argv).parse_args(argv)
             arguments.argv = argv
-            # A folder with a stranger's run may have modules that libraries would import if they found them.
+            # Libraries could import modules from a folder with a stranger's run.
             reads = arguments.command in _READERS and not getattr(arguments, "trust", False)
             with contextlib.nullcontext() if reads else modules_of_the_folder():
                 arguments.run(arguments)
-            if sys.stdout is not None:  # as it is if it was closed
+            if sys.stdout is not None:  # None if closed
                 sys.stdout.flush()
     except CaregiverError as error:
         return fail(error, _status(error))
-    except BrokenPipeError:  # the reader of our output has gone, as `head` does
+    except BrokenPipeError:  # the reader of the output ended, as `head` does
         _silence()
         return 1
     except OSError as error:
@@ -116,15 +116,15 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 @contextlib.contextmanager
 def _terminated_in_order() -> Iterator[None]:
-    """Have SIGTERM end the command as Ctrl-C does, in order and with a word, where it would end it without."""
+    """Let SIGTERM end the command like Ctrl-C in this context, with clean-up and a message."""
     ours = threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
     if ours:
         signal.signal(signal.SIGTERM, _terminate)
     try:
         yield
     finally:
-        # If Ctrl-C came while Python ran source text, as for a named tuple, it would end as interrupted whatever our
-        # status (CPython's `_Py_UnhandledKeyboardInterrupt`); running another text makes it forget that.
+        # After Ctrl-C during `exec`, as in a named tuple's creation, CPython ignores our exit status
+        # (`_Py_UnhandledKeyboardInterrupt`). Running another text resets that flag.
         eval("0")
         if ours:
             signal.signal(signal.SIGTERM, signal.SIG_DFL)
@@ -135,12 +135,12 @@ def _terminate(_number: int, _frame: object) -> NoReturn:
 
 
 def _silence() -> None:
-    """Make of standard output, which fails, one that does not, for Python writes what is left of it at its end."""
+    """Redirect a failing standard output to the null device, because Python flushes it at exit."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def make_parser(argv: Sequence[str] | None = None) -> Parser:
-    """Return the parser of the whole command line; of commands that the arguments do not name, the names alone."""
+    """Return the parser of the command line, with the options of commands in `argv`, or of all by default."""
     parser = Parser(prog=PROGRAM, description="A robot caregiver, toddlers, and a house with stairs and candles.")
     version = importlib.metadata.version("caregiver_mj")
     parser.add_argument("--version", action="version", version=f"{PROGRAM} {version}", help="print the version")
@@ -153,7 +153,7 @@ def make_parser(argv: Sequence[str] | None = None) -> Parser:
 
 
 def _status(error: CaregiverError) -> int:
-    """The exit status: 2 where the input is bad, 1 where something else went wrong."""
+    """Return the exit status: 2 for bad input, 1 for other failures."""
     from caregiver_mj.experiments.run_folder import StorageError
     from caregiver_mj.experiments.workers import WorkerError
 
@@ -161,7 +161,7 @@ def _status(error: CaregiverError) -> int:
 
 
 def fail(error: object, status: int = 2) -> int:
-    """Say on standard error what is wrong, with the line of the floor plan where it is there; return the status."""
+    """Print an error, with the line of a floor plan if it has one, to standard error; return the status."""
     # Bad input gives one line, even if a file name holds line breaks.
     message = plain(error) if status == 2 else visible(str(error)[:_LONGEST_FAILURE])
     print(f"{PROGRAM}: {message}", file=sys.stderr)

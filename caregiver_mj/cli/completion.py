@@ -1,4 +1,4 @@
-"""`caregiver-mj completion`: what makes a shell complete the command line at a tab, without running anything."""
+"""`caregiver-mj completion`: a script with which a shell completes the command line."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from caregiver_mj.viz import CAMERAS
 SHELLS = ("bash", "zsh")
 _FILES = ("answers", "first", "folders", "out", "second", "still", "video")  # arguments that name files or folders
 
-# For a house, which may be a file as well: names, and files.
+# Completion of houses: names and files.
 _HOUSE = "_caregiver_mj_houses"
 _HOUSE_FUNCTIONS = {
     "bash": _HOUSE + """() {{ compgen -W "{names}" -- "$1"; compgen -f -- "$1"; }}""",
@@ -44,9 +44,9 @@ def _run(arguments: argparse.Namespace) -> None:
 
 
 def script(parser: argparse.ArgumentParser, shell: str) -> str:
-    """Return what makes a shell, one of `SHELLS`, complete a command line.
+    """Return the completion script of a shell, one of `SHELLS`.
 
-    Nothing can be parsed with the parser of that afterwards, for it is told what there is.
+    This adds choices to the parser, which cannot parse afterwards.
     """
     import shtab
 
@@ -60,7 +60,7 @@ def script(parser: argparse.ArgumentParser, shell: str) -> str:
         "robot": EMBODIMENTS,
         "houses": [*(f"{name}-100" for name in FIRST_SEEDS), f"drawn-{len(DRAWN)}", *names],
         "task": TASKS,
-        # Where a command takes others than the rest do.
+        # Exceptions for single commands.
         "evaluate caregiver": [BARE_TABLES, *caregivers],
         "compare caregiver": [BARE_TABLES, *caregivers],
         "record caregiver": [RANDOM, *(name for name in caregivers if name != "none")],
@@ -72,14 +72,14 @@ def script(parser: argparse.ArgumentParser, shell: str) -> str:
         if offered and not action.choices:
             action.choices = list(offered)
         elif action.dest in _FILES:
-            action.complete = shtab.FILE  # type: ignore[attr-defined]  # where shtab looks for it
+            action.complete = shtab.FILE  # type: ignore[attr-defined]  # read by shtab
         elif action.dest == "house":
             action.complete = dict.fromkeys(SHELLS, _HOUSE) | {"preamble": functions}  # type: ignore[attr-defined]
     return shtab.complete(parser, shell)
 
 
 def _actions(parser: argparse.ArgumentParser, command: str = "") -> Iterator[tuple[str, argparse.Action]]:
-    """The arguments of a command, and of all those within it, each with the name of the one that it is of."""
+    """Yield the arguments of a command and of its subcommands, each with the name of its command."""
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
             for name, inner in action.choices.items():

@@ -1,4 +1,4 @@
-"""`caregiver-mj evaluate`: runs caregivers with children, and prints the table."""
+"""`caregiver-mj evaluate`: run caregivers with children, and print the table."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def _run(arguments: argparse.Namespace) -> None:
         if settings.world == "house" and set(settings.caregivers) - {"none", BARE_TABLES}:
             for plan in settings.plans:
                 parsing.warn_of_no_room(plan)
-        executor = within.enter_context(parsing.make_executor(arguments))  # once all else is right
+        executor = within.enter_context(parsing.make_executor(arguments))  # after all other checks
         executor.check(settings.code)
         folder = None
         if arguments.out is not None:
@@ -90,7 +90,7 @@ def _run(arguments: argparse.Namespace) -> None:
 
 
 def _settings(arguments: argparse.Namespace, exchanges: pathlib.Path) -> Settings:
-    """What to run, checked before anything is written; questions are to be kept in a folder of that name."""
+    """Return the settings, checked before anything is written; `exchanges` is the folder of remote queries."""
     plans = parsing.read_houses(arguments)
     file = "" if arguments.houses or arguments.house == plans[0].name else arguments.house
     settings = Settings(
@@ -108,8 +108,8 @@ def _settings(arguments: argparse.Namespace, exchanges: pathlib.Path) -> Setting
     )
     settings.check()
     if arguments.resume and arguments.out is None:
-        raise CaregiverError("--resume must be with --out DIR, the folder of the run")
-    for name in () if arguments.resume else settings.caregivers:  # a run that was played may be counted again
+        raise CaregiverError("--resume requires --out DIR, the folder of the run")
+    for name in () if arguments.resume else settings.caregivers:  # a run with a human player may be resumed
         check_acts_alone(name)
     try_all(settings)
     return settings
@@ -118,7 +118,7 @@ def _settings(arguments: argparse.Namespace, exchanges: pathlib.Path) -> Setting
 def evaluate_visibly(
     settings: Settings, folder: RunFolder | None, executor: Executor, arguments: argparse.Namespace
 ) -> evaluation.Evaluation:
-    """Run it, with a progress bar on standard error; a run that breaks off says how to go on."""
+    """Run an evaluation with a progress bar on standard error; an interrupted run says how to resume it."""
     total = len(settings.plans) * len(settings.caregivers) * len(settings.families) * settings.episodes
     bar = progress_bar()
     task = bar.add_task("episodes", total=total)

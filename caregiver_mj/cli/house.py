@@ -1,4 +1,4 @@
-"""`caregiver-mj house`: looks at floor plans, makes them, and exports their scenes."""
+"""`caregiver-mj house`: show, check and make floor plans, and export their scenes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from caregiver_mj.plans.hazards import KINDS
 from caregiver_mj.plans.shapes import SHAPES, generate_shape
 from caregiver_mj.robot.embodiments import EMBODIMENTS, find_embodiment
 
-# How `house show` paints each kind of cell, as a rich style.
+# Style of each kind of cell in `house show`.
 _STYLES = {WALL: "white on grey30", FREE: "grey50", BIN: "bold white on green4"} | {
     kind.symbol: f"bold black on rgb({','.join(map(str, kind.colour))})" for kind in KINDS
 }
@@ -31,7 +31,7 @@ _COUNTS = {  # options of `house make`
     "mugs": "how many tables more, with a mug",
     "batteries": "how many small objects on the floor",
 }
-_MOST_PROBLEMS = 20  # that `house check` tells of one file
+_MOST_PROBLEMS = 20  # that `house check` prints for a file
 
 
 def add_house(house: argparse.ArgumentParser) -> None:
@@ -72,7 +72,7 @@ def _show(arguments: argparse.Namespace) -> None:
     text = rich.text.Text()
     for row in plan.rows:
         for kind in row:
-            text.append(f"{kind} ", _STYLES[kind])  # two characters are about square
+            text.append(f"{kind} ", _STYLES[kind])  # two characters are about as wide as high
         text.append("\n")
     for kind, count in _counts(plan).items():
         text.append(f"\n{kind} ", _STYLES[kind])
@@ -102,7 +102,7 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def describe(plan: FloorPlan) -> str:
-    """Return how large a house is, and what is in it."""
+    """Return the size and contents of a house as text."""
     height, width = plan.shape
     counts = ", ".join(count for kind, count in _counts(plan).items() if kind != WALL and plan.cells_of(kind))
     return f"{width} x {height} cells, {counts}"
@@ -149,7 +149,7 @@ def _export(arguments: argparse.Namespace) -> None:
     if robot is not None:
         parsing.warn_of_no_room(plan)
 
-    from caregiver_mj.house.export import export_house  # here, for it takes seconds to import
+    from caregiver_mj.house.export import export_house  # takes seconds to import
 
     for file in export_house(plan, arguments.out, robot):
         print(file)

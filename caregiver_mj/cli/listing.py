@@ -19,7 +19,7 @@ from caregiver_mj.registry import Registry, summary
 from caregiver_mj.robot.embodiments import EMBODIMENTS
 from caregiver_mj.tasks import TASKS
 
-_NO_CAREGIVERS = {  # names that stand in the place of a caregiver's
+_NO_CAREGIVERS = {  # other names that options accept for a caregiver
     "none": "Nobody: the robot is not there.",
     BARE_TABLES: "Nobody, in a house whose only hazards are bare tables. In `evaluate` only.",
     PERSON: "You, by keys that say what to protect from. In `view` only.",

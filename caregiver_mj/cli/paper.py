@@ -58,7 +58,7 @@ def _run(arguments: argparse.Namespace) -> None:
         executor.check(settings.code)
         result = evaluate_visibly(settings, None, executor, arguments)
 
-    from caregiver_mj.viz.report import Run, published  # here, for these take seconds to import
+    from caregiver_mj.viz.report import Run, published  # takes seconds to import
     from caregiver_mj.viz.report.page import causes
 
     run = Run(pathlib.Path(), settings.record(), settings, result.episodes, result.maps, result.summary)

@@ -1,4 +1,4 @@
-"""Options that several commands have."""
+"""Options shared by several commands."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.robot.embodiments import EMBODIMENTS
 
 EXECUTORS = ("local", "dask")
-CAREGIVER = RULE[0]  # that acts in all commands unless another one is named
+CAREGIVER = RULE[0]  # default of all commands
 
 
 def _add_house(command: argparse._ActionsContainer) -> None:
@@ -44,14 +44,14 @@ def _add_damage(command: argparse.ArgumentParser) -> None:
 
 
 def read_house(arguments: argparse.Namespace) -> FloorPlan:
-    """Return the house that `add_who`'s options say, or that of --answers."""
+    """Return the house of the options of `add_who`, or of --answers."""
     if isinstance(arguments.house, FloorPlan):
         return arguments.house
     return FloorPlan.load(arguments.house, damage=arguments.damage)
 
 
 def add_houses(command: argparse.ArgumentParser) -> None:
-    """Add the options that say which houses they are, for `read_houses`."""
+    """Add the options for houses, for `read_houses`."""
     either = command.add_mutually_exclusive_group()
     _add_house(either)
     either.add_argument(
@@ -64,14 +64,14 @@ def add_houses(command: argparse.ArgumentParser) -> None:
 
 
 def read_houses(arguments: argparse.Namespace) -> tuple[FloorPlan, ...]:
-    """Return the houses that `add_houses`'s options say."""
+    """Return the houses of the options of `add_houses`."""
     if arguments.houses is None:
         return (read_house(arguments),)
     return houses_named(arguments.houses, arguments.damage)
 
 
 def add_who(command: argparse.ArgumentParser, others: str = "") -> None:
-    """Add which house it is, which children are there, and who takes care of them; `others` may do so, too."""
+    """Add the options for house, children and caregiver; `others` lists further caregivers in the help."""
     _add_house(command)
     _add_damage(command)
     command.add_argument(
@@ -86,7 +86,7 @@ def add_who(command: argparse.ArgumentParser, others: str = "") -> None:
 
 
 def read_spec(arguments: argparse.Namespace, **more: Any) -> EpisodeSpec:
-    """Return the episode that `add_who`'s, `add_episode`'s and `add_queries`'s options say, with more fields of it."""
+    """Return the episode of the options of `add_who`, `add_episode` and `add_queries`, with further fields."""
     plan, house = read_house(arguments), arguments.house
     fields = {name: getattr(arguments, name) for name in ("seed", "episode", "sight", "task") if name in arguments}
     return EpisodeSpec(
@@ -101,19 +101,19 @@ def read_spec(arguments: argparse.Namespace, **more: Any) -> EpisodeSpec:
 
 
 def add_episode(command: argparse.ArgumentParser) -> None:
-    """Add the options that say which episode of which run it is."""
+    """Add the options for an episode of a run."""
     add_seed(command, "seed of the run that the episode belongs to")
     command.add_argument("--episode", type=int, default=0, metavar="N", help="number of the episode in that run")
     add_sight(command)
 
 
 def add_sight(command: argparse.ArgumentParser) -> None:
-    """Add what the caregiver sees."""
+    """Add the option for the caregiver's sight."""
     command.add_argument("--sight", default="all", help="what the caregiver sees: all, walls, camera or rooms:N")
 
 
 def add_queries(command: argparse.ArgumentParser) -> None:
-    """Add how caregivers elsewhere are asked, for `read_queries`."""
+    """Add the options for remote caregivers, for `read_queries`."""
     usual, until = Queries(), "of the run, also when it is resumed; then they abstain"
     command.add_argument("--base-url", metavar="URL", help="where chat:MODEL is; its key is in OPENAI_API_KEY")
     command.add_argument("--max-calls", type=int, metavar="N", help=f"requests to models and servers {until}")
@@ -131,7 +131,7 @@ def add_queries(command: argparse.ArgumentParser) -> None:
 
 
 def read_queries(arguments: argparse.Namespace, folder: str | os.PathLike[str] = "") -> Queries:
-    """Return what `add_queries`'s options say; exchanges are kept, and counted, in a folder if there is one."""
+    """Return the queries of the options of `add_queries`; `folder` is that of their log and budget."""
     names = ("max_calls", "max_tokens", "patience", "thinking", "frames")
     said = {name: getattr(arguments, name) for name in names}
     queries = Queries(arguments.base_url or "", folder=os.fspath(folder), **said)
@@ -140,31 +140,31 @@ def read_queries(arguments: argparse.Namespace, folder: str | os.PathLike[str] =
 
 
 def add_embodiment(command: argparse.ArgumentParser) -> None:
-    """Add which robot it is."""
+    """Add the option for the robot."""
     robots = f"the robot in the house: {', '.join(EMBODIMENTS)}, or yours as module:object"
     command.add_argument("--embodiment", default=DEFAULT, metavar="NAME", help=robots)
 
 
 def houses() -> str:
-    """Return what may be said for a house."""
+    """Return the valid houses, for help."""
     generated = "house-SEED, home-SEED, SHAPE-SEED, SET/I (such as test-100/17)"
     return f"{', '.join(floor_plan.house_names())}, {generated}, or a text file"
 
 
 def caregivers() -> str:
-    """Return what may be said for a caregiver."""
+    """Return the valid caregivers, for help."""
     return (
         f"{' '.join(dict.fromkeys([*CAREGIVERS, *POLICIES]))}, http://ADDRESS or chat:MODEL, or yours as module:object"
     )
 
 
 def add_seed(command: argparse.ArgumentParser, text: str = "all chance comes from it") -> None:
-    """Add the seed, and say what it is of."""
+    """Add the option for the seed, with a help text."""
     command.add_argument("--seed", type=int, default=0, help=text)
 
 
 def add_executor(command: argparse.ArgumentParser) -> None:
-    """Add the options that say where the work is done, for `make_executor`."""
+    """Add the options for workers, for `make_executor`."""
     command.add_argument("--jobs", type=int, metavar="N", help="number of worker processes (default: 1)")
     command.add_argument(
         "--executor", choices=EXECUTORS, default="local", help="where jobs run: on this machine, or on a Dask cluster"
@@ -175,29 +175,29 @@ def add_executor(command: argparse.ArgumentParser) -> None:
 
 
 def make_executor(arguments: argparse.Namespace) -> Executor:
-    """Return what `add_executor`'s options say.
+    """Return the executor of the options of `add_executor`.
 
     Raises:
-        CaregiverError: They do not fit together, or the cluster cannot be worked with.
+        CaregiverError: The options are inconsistent, or the cluster cannot be used.
     """
     if arguments.executor == "local":
         if arguments.scheduler is not None:
-            raise CaregiverError("--scheduler must be with --executor dask")
+            raise CaregiverError("--scheduler requires --executor dask")
         return LocalExecutor(1 if arguments.jobs is None else arguments.jobs)
     if arguments.scheduler is None:
-        raise CaregiverError("--executor dask must be with --scheduler ADDRESS, as `dask scheduler` prints it")
+        raise CaregiverError("--executor dask requires --scheduler ADDRESS, as `dask scheduler` prints it")
     if arguments.jobs is not None:
         raise CaregiverError("--jobs must be left out with --executor dask: a cluster has as many workers as it has")
-    from caregiver_mj.experiments.cluster import DaskExecutor  # here, for it takes a second to import
+    from caregiver_mj.experiments.cluster import DaskExecutor  # takes a second to import
 
     executor = DaskExecutor(arguments.scheduler)
-    for name in ("distributed", "distributed.client"):  # what goes wrong we say ourselves, in one line
+    for name in ("distributed", "distributed.client"):  # errors are reported in one line instead
         logging.getLogger(name).setLevel(logging.CRITICAL)
     return executor
 
 
 def add_children(command: argparse.ArgumentParser) -> None:
-    """Add the options that say who the children are, for `read_family`, save --epsilon itself."""
+    """Add the options for the children except --epsilon, for `read_family`."""
     command.add_argument(
         "--children",
         type=int,
@@ -214,20 +214,20 @@ def add_children(command: argparse.ArgumentParser) -> None:
 
 
 def read_family(epsilon: str, arguments: argparse.Namespace) -> ChildGroup:
-    """Return the children of one value of --epsilon, such as "0.5" or "1,.25", and of `add_children`'s options.
+    """Return the children of a value of --epsilon, such as "0.5" or "1,.25", and of the options of `add_children`.
 
     Raises:
-        CaregiverError: There can be no such children, or the list is not as long as --children says.
+        CaregiverError: The text is invalid, or its length differs from --children.
     """
     count = arguments.children
     if count is not None and count < 1:
         raise CaregiverError(f"--children must be at least 1, got {count}")
     name, _, share = arguments.child.rpartition(":")
-    if name in CHILDREN and not share.isidentifier():  # as an object in a module of that name would be
+    if name in CHILDREN and not share.isidentifier():  # no object of a module with that name
         raise CaregiverError(
             f"--child must be a name alone, got {arguments.child}: use --epsilon {name}:{share or 0.5}"
         )
-    CHILDREN[arguments.child]  # there may be none, which counts for nothing where all have names
+    CHILDREN[arguments.child]  # raises for an unknown name, even if --epsilon names all children
     try:
         family = ChildGroup.parse(epsilon, arguments.child)
     except CaregiverError as error:
@@ -242,13 +242,13 @@ def read_family(epsilon: str, arguments: argparse.Namespace) -> ChildGroup:
 
 
 def add_answers(command: argparse.ArgumentParser, does: str) -> None:
-    """Add the options that say whose answers to give again, for `read_answers`."""
+    """Add the options for a replay, for `read_answers`; `does` is the verb of the help text."""
     command.add_argument("--answers", metavar="DIR", help=f"a run of one house, to {does} what --caregiver did in it")
     add_trust(command)
 
 
 def add_trust(command: argparse.ArgumentParser) -> None:
-    """Add the option that has code run which a file names."""
+    """Add the option to run code that a file names."""
     command.add_argument(
         "--trust",
         action="store_true",
@@ -257,10 +257,10 @@ def add_trust(command: argparse.ArgumentParser) -> None:
 
 
 def read_answers(arguments: argparse.Namespace) -> tuple[str, ...]:
-    """Take all that makes an episode from --answers; return what the run's caregiver has answered in each.
+    """Set the other options from the run in --answers, and return its caregiver's answers in each episode.
 
     Raises:
-        CaregiverError: There is no such run, or it has no such answers.
+        CaregiverError: There is no suitable run, or it lacks the answers.
     """
     if arguments.answers is None:
         return ()
@@ -287,7 +287,7 @@ def read_answers(arguments: argparse.Namespace) -> tuple[str, ...]:
 
 
 def warn_of_no_room(plan: FloorPlan) -> None:
-    """Write a line to standard error if the robot cannot do all of its work in a house."""
+    """Print a warning to standard error if the robot cannot do all its work in a house."""
     try:
         check_starts(plan)
         wrong = "" if is_drivable(plan) else f"the robot has no room to get to all that it needs in {plan.name}"
@@ -300,7 +300,7 @@ def warn_of_no_room(plan: FloorPlan) -> None:
 def broken_off(
     error: BaseException, done: int, total: int, folder: str | os.PathLike[str], arguments: argparse.Namespace
 ) -> StorageError:
-    """Return what to raise where episodes that are done are kept: it says how to go on."""
+    """Return an error that says how to resume a run with stored episodes."""
     again = arguments.argv if arguments.resume else [*arguments.argv, "--resume"]
     return StorageError(
         f"{str(error) or 'interrupted'}; {done} of {total} episodes are kept in '{folder}', "

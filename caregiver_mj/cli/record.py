@@ -1,4 +1,4 @@
-"""`caregiver-mj record`: runs episodes and writes them, step by step, as a data set to learn from."""
+"""`caregiver-mj record`: run episodes and write them, step by step, as a data set for learning."""
 
 from __future__ import annotations
 
@@ -77,13 +77,13 @@ def _run(arguments: argparse.Namespace) -> None:
         arguments.world, arguments.episodes = "house", len(answers)
     seconds = {} if arguments.seconds is None else {"time_limit": arguments.seconds}
     spec = parsing.read_spec(arguments, world=arguments.world, task_kwargs=seconds)
-    from caregiver_mj.envs.recipe import Recording  # here, for it needs an extra, and MuJoCo
+    from caregiver_mj.envs.recipe import Recording  # needs an extra, and imports MuJoCo
 
     if spec.caregiver != RANDOM and find_caregiver(spec.caregiver, queries=spec.queries) is None:
         raise CaregiverError(f"caregiver must be one that acts, got '{spec.caregiver}'")
     if spec.caregiver in PLAYERS and not answers:
         raise CaregiverError(
-            f"caregiver '{spec.caregiver}' must be with --answers DIR, one that `caregiver-mj view` has kept"
+            f"caregiver '{spec.caregiver}' requires --answers DIR, a run that `caregiver-mj view` has kept"
         )
     name = arguments.name or _name(spec)
     target = pathlib.Path(arguments.out, name) if arguments.format == "minari" else pathlib.Path(arguments.out)
@@ -130,7 +130,7 @@ def _size(text: str) -> tuple[int, int]:
 
 
 def check(arguments: argparse.Namespace, recording: Recording, name: str, target: pathlib.Path) -> None:
-    """Raise CaregiverError, before anything is run, where the data set could not be written or not be made."""
+    """Raise CaregiverError, before running anything, if the data set cannot be made or written."""
     if arguments.format == "minari":
         from caregiver_mj.recording.minari_dataset import check_name
 
@@ -148,11 +148,11 @@ def check(arguments: argparse.Namespace, recording: Recording, name: str, target
         from caregiver_mj.recording.lerobot_dataset import check_rate
 
         check_rate(recording.about().rate)
-    recording.spaces()  # makes the house, and the caregiver
+    recording.spaces()  # makes the house and the caregiver
 
 
 def _collect_all(arguments: argparse.Namespace, recording: Recording, store: Store, executor: LocalExecutor) -> None:
-    """Run the episodes that are not there yet, with a progress bar; a recording that breaks off says how to go on."""
+    """Run the missing episodes with a progress bar; an interrupted recording says how to resume it."""
     from caregiver_mj.envs.recipe import collect
 
     jobs = [i for i in range(arguments.episodes) if i not in store]
@@ -171,13 +171,13 @@ def _collect_all(arguments: argparse.Namespace, recording: Recording, store: Sto
 
 
 def write(arguments: argparse.Namespace, recording: Recording, store: Store, name: str, target: pathlib.Path) -> None:
-    """Make the data set of the episodes."""
+    """Write the data set."""
     episodes = (store.load(i) for i in range(arguments.episodes))
     try:
         if arguments.format == "minari":
             from caregiver_mj.recording.minari_dataset import write_minari
 
-            # A data set is read on any machine: it has no name of a file of this one.
+            # Other machines read the data set, so it must not name a local file.
             house = arguments.house if isinstance(arguments.house, str) else ""
             spec = recording.env_spec(house if house in house_names() or sets.house(house) is not None else None)
             write_minari(pathlib.Path(arguments.out), name, episodes, recording.about(), recording.spaces(), spec)

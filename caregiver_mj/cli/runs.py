@@ -1,7 +1,7 @@
-"""Commands about finished runs, and the tables of all that run any.
+"""Commands on finished runs, and the printed tables of all commands.
 
-`caregiver-mj report`, `compare` and `pool` make pages of them, hold one against another, or make several one; `submit`,
-`verify` and `leaderboard` pack one as a file, see what comes of its answers, and put such files in order.
+`caregiver-mj report`, `compare` and `pool` report, compare and pool runs; `submit`, `verify` and `leaderboard` pack a
+run as a file, verify such files, and rank them.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from caregiver_mj.experiments.workers import Executor
 
 _COMPARED = ("epsilon", "caregiver", "pairs", "first", "second", "difference", "p", "verdict")
-_TITLES = {  # of a column, and what it is where there is little room
+_TITLES = {  # of columns, and short forms
     "damage": "damage",
     "normalised": "norm",
     "left": "left",
@@ -44,10 +44,10 @@ _TITLES = {  # of a column, and what it is where there is little room
     "blocked": "block",
     "done": "done",
 }
-_TO_THE_LEFT = ("caregiver", "quantity", "verdict", "worst: house")  # columns; numbers stand to the right
-_HARM = "harm"  # the verdict that is red
-_LONGEST = 120  # letters of a setting that is not the same in two runs
-_WIDEST = 10_000  # letters of a line, more than there are in any
+_LEFT_ALIGNED = ("caregiver", "quantity", "verdict", "worst: house")  # columns; others are right-aligned
+_HARM = "harm"  # verdict to print in red
+_LONGEST = 120  # characters of a setting that differs in two runs
+_WIDEST = 10_000  # characters; wider than any line
 _COLUMNS = ("timesteps_to_threshold", "cells_visited", "toys_reached", "moves_blocked", "interventions_done")
 
 
@@ -134,14 +134,14 @@ def _compare(arguments: argparse.Namespace) -> None:
     print_comparison(found, folders, console)
     print_verdicts(found["verdicts"], console)
     for key, values in found["settings"].items():
-        ours, theirs = (_told(*pair) for pair in (values, values[::-1]))
+        ours, theirs = (_only(*pair) for pair in (values, values[::-1]))
         console.print(plain(f"not the same: {key}, {ours} and {theirs}"), markup=False, highlight=False)
     if arguments.json:
         print(json.dumps(found, indent=1, allow_nan=False))
 
 
-def _told(value: Any, other: Any) -> str:
-    """What one of two runs has; of a list, what only that one has."""
+def _only(value: Any, other: Any) -> str:
+    """Return a value as text; for lists, the elements that are not in the other."""
     if isinstance(value, list) and isinstance(other, list):
         value = ", ".join(str(one) for one in value if one not in other) or "no more"
     text = str(value)
@@ -149,7 +149,7 @@ def _told(value: Any, other: Any) -> str:
 
 
 def print_comparison(found: dict[str, Any], folders: list[str], console: rich.console.Console) -> None:
-    """Print what `compare_runs` has found in two folders."""
+    """Print the result of `compare_runs` for two folders."""
     from caregiver_mj.experiments.verdicts import MARGINS, Verdict  # bring SciPy
 
     first, rows = found["rows"][0], []
@@ -208,7 +208,7 @@ def _verify(arguments: argparse.Namespace) -> None:
 
     submissions = [
         read_submission(path, trust=arguments.trust) for path in arguments.files
-    ]  # all of them first, for to verify takes long
+    ]  # read all before verifying, which is slow
     with parsing.make_executor(arguments) as executor:
         for submission in submissions:
             print(f"{visible(str(submission.path))}: verified, episodes: {len(_verified(submission, executor))}")
@@ -221,26 +221,26 @@ def _leaderboard(arguments: argparse.Namespace) -> None:
     if not paths:
         raise CaregiverError(f"'{arguments.folder}' must hold at least 1 FILE{SUFFIX}, got none")
     submissions, verified, refused = [], [], list[CaregiverError]()
-    for path in paths:  # all of them first, likewise
-        with _its_own(path, refused):
+    for path in paths:  # read all before verifying, which is slow
+        with _collect_errors(path, refused):
             submissions.append(check_comparable(read_submission(path, trust=arguments.trust)))
     with parsing.make_executor(arguments) as executor:
         for submission in submissions:
-            with _its_own(submission.path, refused):
+            with _collect_errors(submission.path, refused):
                 found = submission, _verified(submission, executor)
-                board([found])  # an error in its row refuses this file alone
+                board([found])  # so that an error in its row refuses this file only
                 verified.append(found)
     if verified:
         print(board(verified), end="", flush=True)
     for refusal in refused[:-1]:
         print(f"caregiver-mj: {plain(refusal)}", file=sys.stderr)
-    if refused:  # the others are on the board
+    if refused:
         raise refused[-1]
 
 
 @contextlib.contextmanager
-def _its_own(path: pathlib.Path, refused: list[CaregiverError]) -> Iterator[None]:
-    """Have whatever goes wrong with one file within be that file's own, and the others go on."""
+def _collect_errors(path: pathlib.Path, refused: list[CaregiverError]) -> Iterator[None]:
+    """Append the error of a file in this context to `refused`."""
     try:
         yield
     except CaregiverError as error:
@@ -258,11 +258,11 @@ def _verified(submission: Submission, executor: Executor) -> pd.DataFrame:
 
 
 def output(aside: bool) -> rich.console.Console:
-    """Return where a table for people goes: aside to standard error, where standard output is for a program."""
-    # Names of houses, caregivers and answers are from outside: no markup, and no `:emoji:`.
+    """Return the console for tables: `aside` selects standard error, if standard output is for a program."""
+    # Names of houses, caregivers and answers may be a stranger's: no markup, and no `:emoji:`.
     console = rich.console.Console(stderr=aside, markup=False, emoji=False, highlight=False)
     if not console.is_terminal:
-        console.width = _WIDEST  # a pipe or a file has no width to fit
+        console.width = _WIDEST  # a pipe or a file has no width
     return console
 
 
@@ -298,7 +298,7 @@ def print_table(summary: dict[str, Any], console: rich.console.Console) -> None:
 
 
 def print_harm(summary: dict[str, Any], console: rich.console.Console) -> None:
-    """Print where each caregiver does more damage than there is alone, then the verdict on all three parts of harm."""
+    """Print where each caregiver does more damage than alone, then the verdicts on all three parts of harm."""
     if found := summary["harm"]:
         rows = [_harm_cells(row) for row in found]
         title = "harm by hazards: damage with the caregiver less alone, in the same episodes"
@@ -327,7 +327,7 @@ def _harm_cells(row: dict[str, Any]) -> dict[str, str]:
 
 
 def print_verdicts(verdicts: Sequence[dict[str, Any]], console: rich.console.Console) -> None:
-    """Print for each caregiver whether it does harm, with a line for each part; red where it does."""
+    """Print for each caregiver whether it does harm, with a line for each part, in red if it does."""
     if not verdicts:
         return
     table = rich.table.Table(title="harm", box=rich.box.SIMPLE_HEAD)
@@ -346,8 +346,8 @@ def print_verdicts(verdicts: Sequence[dict[str, Any]], console: rich.console.Con
 
 
 def _with_ends(value: float, low: float | None, high: float | None) -> str:
-    """A difference with the ends of its interval."""
-    from caregiver_mj.experiments.intervals import in_words, signed  # here, as what comes with pandas is
+    """Return a difference with the ends of its interval."""
+    from caregiver_mj.experiments.intervals import in_words, signed  # imported where used, like pandas
 
     return f"{signed(value)} ({in_words(low, high)})"
 
@@ -360,10 +360,10 @@ def print_rows(
     keys: int = 2,
     sections: bool = False,
 ) -> None:
-    """Print a table of cells by the titles of their columns, no cell cut short, and below it a legend.
+    """Print a table with a legend below, without truncating entries.
 
-    Titles are short where there is little room. Columns that still do not fit follow below, beside the first `keys`
-    again. With sections, rows of different first cells are set apart.
+    In a narrow console titles are short, and columns that do not fit follow in further tables, beside the first `keys`
+    columns. With sections, a line separates rows with different first entries.
     """
     columns, room = [*rows[0]], console.options.update(width=_WIDEST)
 
@@ -379,9 +379,9 @@ def print_rows(
     for part in parts:
         table = _table(rows, part, narrow, sections)
         table.title = plain(title) if part is parts[0] else None
-        # If one column is too wide already, the terminal may break its lines.
+        # The terminal may wrap a table whose columns are too wide.
         console.print(table, width=max(width(part, narrow), console.width))
-        if narrow:  # these have no edges, which are blank lines
+        if narrow:  # narrow tables have no blank lines at their edges
             console.print()
     console.print(legend, style="table.caption", markup=False, highlight=False)
 
@@ -392,7 +392,7 @@ def _table(rows: list[dict[str, str]], columns: list[str], narrow: bool, section
     table.pad_edge = table.show_edge = not narrow
     for column in columns:
         heading = _TITLES.get(column, column.removesuffix(" of each")) if narrow else column
-        table.add_column(heading, justify="left" if column in _TO_THE_LEFT else "right", no_wrap=True)
+        table.add_column(heading, justify="left" if column in _LEFT_ALIGNED else "right", no_wrap=True)
     for row, following in itertools.zip_longest(rows, rows[1:]):
         last = sections and following and row[columns[0]] != following[columns[0]]
         table.add_row(*(plain(row[column]) for column in columns), end_section=bool(last))

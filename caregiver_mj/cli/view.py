@@ -1,4 +1,4 @@
-"""`caregiver-mj render` and `view`: film an episode in the physical house, and show it while it runs."""
+"""`caregiver-mj render` and `view`: film an episode in the physical house, or show it while it runs."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def _render(arguments: argparse.Namespace) -> None:
     if not answers:
         find_caregiver(spec.caregiver, queries=spec.queries)
 
-    from caregiver_mj.viz import film  # here, for it takes seconds to import
+    from caregiver_mj.viz import film  # takes seconds to import
 
     film.render_episode(
         arguments.out,
@@ -109,17 +109,17 @@ def _view(arguments: argparse.Namespace) -> None:
     if who in PLAYERS and arguments.sight != "all":
         raise CaregiverError(f"sight must be all with a {who}, who sees the whole house, got {arguments.sight}")
     if arguments.out is not None and (who not in PLAYERS or arguments.episode):
-        raise CaregiverError(f"--out must be with --caregiver {_PLAYERS}, and without --episode, for the next one is")
+        raise CaregiverError(f"--out requires --caregiver {_PLAYERS}, without --episode: it keeps the next one")
     if not 0.1 <= arguments.rate <= 120:
         raise CaregiverError(f"rate must be in 0.1 to 120, got {arguments.rate}")
     if not 0 <= arguments.port <= 65535:
         raise CaregiverError(f"port must be in 0 to 65535, got {arguments.port}")
-    # In a window only where there can be one.
+    # A window needs a display.
     on_linux = sys.platform.startswith("linux")
     if on_linux and not (arguments.web or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise RenderingError("no display for a window: use `caregiver-mj view --web` and a browser")
 
-    from caregiver_mj.viz.viewers.session import Session  # here, for it takes seconds to import
+    from caregiver_mj.viz.viewers.session import Session  # takes seconds to import
 
     keep = None
     if arguments.out is not None:
@@ -127,22 +127,22 @@ def _view(arguments: argparse.Namespace) -> None:
 
     def start() -> Session:
         where = "for a browser" if arguments.web else "for a window"
-        told = f"preparing house {spec.house}, children {spec.family}, caregiver {who}, {where} ..."
-        print(plain(told), file=sys.stderr, flush=True)  # a caregiver that plans may take half a minute
+        message = f"preparing house {spec.house}, children {spec.family}, caregiver {who}, {where} ..."
+        print(plain(message), file=sys.stderr, flush=True)  # a planner may take half a minute
         return Session(spec, speed=arguments.speed, playing=not arguments.paused, ended=keep)
 
     viewer: WebViewer | Window
     if arguments.web:
         from caregiver_mj.viz.viewers.web import WebViewer, check_address
 
-        check_address(arguments.host, arguments.port)  # before the house is made, which takes longer
+        check_address(arguments.host, arguments.port)  # before building the house, which is slow
         viewer = WebViewer(start(), arguments.host, arguments.port, arguments.rate, plain=arguments.plain)
         print(f"{viewer.url}   (Ctrl-C ends it)", flush=True)
     else:
         from caregiver_mj.viz.viewers.window import Window
 
         viewer = Window(start())
-    try:  # until somebody closes or interrupts it: that is how one ends it, and no failure
+    try:  # closing and Ctrl-C are the regular ends
         viewer.run()
     except KeyboardInterrupt:
         print("closed", file=sys.stderr)
@@ -152,16 +152,16 @@ def _view(arguments: argparse.Namespace) -> None:
 
 
 def _next_of_run(out: str, played: EpisodeSpec) -> tuple[EpisodeSpec, Callable[[EpisodeSpec, Episode], None]]:
-    """Return the next episode of a run in a folder, and what keeps it there once it is over, beside that with nobody.
+    """Return the next episode of a run in a folder, and a function that stores it there when it is over.
 
-    It is the run that an episode which is played belongs to.
+    The run has the settings of the played episode, with `none` and the player as caregivers.
     """
     who, number = played.caregiver, len([*pathlib.Path(out, "episodes").glob(f"{played.caregiver}_*.json")])
 
     def run(episodes: int) -> Settings:
         return Settings.around(played, ("none", who), episodes)
 
-    RunFolder(out, run(max(1, number)).record(), resume=True)  # says now what is wrong
+    RunFolder(out, run(max(1, number)).record(), resume=True)  # raises now rather than at the end
 
     def keep(over: EpisodeSpec, episode: Episode) -> None:
         nonlocal number
@@ -181,7 +181,7 @@ def _next_of_run(out: str, played: EpisodeSpec) -> tuple[EpisodeSpec, Callable[[
 
 @contextlib.contextmanager
 def _deaf() -> Iterator[None]:
-    """Within, SIGTERM does nothing: some say it twice, and all is ending anyway."""
+    """Ignore SIGTERM in this context, because the program is ending."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -56,7 +56,7 @@ def test_children_without_a_name_have_the_behaviour_that_is_given():
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "a family must be the epsilon of each child, such as 0.5 or 1,.25 or adversary:0.5, got ''"),
+        ("", "children must be the epsilon of each, such as 0.5 or 1,.25 or adversary:0.5, got ''"),
         ("0.5;1", "got '0.5;1'"),
         ("1.5", r"epsilon must be in \[0, 1\], got 1.5"),
         ("mine:Child:0.5", "'mine:Child' cannot be loaded: ModuleNotFoundError"),

@@ -98,8 +98,8 @@ EVALUATE = ["evaluate", "--world", "grid", "--caregiver", "none", "--epsilon", "
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--scheduler", NOWHERE], "--scheduler must be with --executor dask"),
-        (["--executor", "dask"], "--executor dask must be with --scheduler ADDRESS"),
+        (["--scheduler", NOWHERE], "--scheduler requires --executor dask"),
+        (["--executor", "dask"], "--executor dask requires --scheduler ADDRESS"),
         (["--executor", "dask", "--scheduler", NOWHERE, "--jobs", "2"], "--jobs must be left out with --executor dask"),
         (["--executor", "dask", "--scheduler", "no-scheme://x:1"], "no scheduler at 'no-scheme://x:1': "),
     ],

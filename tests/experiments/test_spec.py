@@ -156,7 +156,7 @@ def test_what_cannot_be_written_is_refused():
         ({"task_kwargs": []}, "task_kwargs must be a dict"),
         ({"queries": {"key": "x"}}, "queries must be base_url, .*, got 'key'"),
         ({"queries": {"patience": "x"}}, "patience, in seconds,"),
-        ({"family": "wild"}, "a family must be the epsilon"),
+        ({"family": "wild"}, "children must be the epsilon of each"),
     ],
 )
 def test_a_record_of_something_else_is_refused(change, words):
