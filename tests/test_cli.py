@@ -45,7 +45,7 @@ def fails(capsys, argv):
         ([*GRID, "--epsilon", "angel:1"], ["angel", "novice", "adversary"]),
         ([*GRID, "--epsilon", "1,.5,.25", "--children", "2"], ["1,.5,.25", "3 children", "2", "--children"]),
         ([*GRID, "--children", "0"], ["--children", "0"]),
-        ([*GRID, "--epsilon", ",".join(["1"] * 101)], ["at most 100 children, got 101"]),
+        ([*GRID, "--epsilon", ",".join(["1"] * 101)], ["children must be at most 100, got 101"]),
         ([*GRID, "--house", "apartment", "--houses", "test-2"], ["--houses: not allowed with argument --house"]),
         ([*GRID, "--damage", "1e308:1:1"], ["damage of a stairwell must be at most 1e+06"]),
         ([*GRID, "--episodes", "0"], ["episodes", "0"]),
