@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 
 @dataclasses.dataclass(frozen=True)
 class TaskSpec:
-    """A task by name. All else is said by its class, which is imported when the task is loaded."""
+    """A task by name. Its class, which holds everything else, is imported when the task is loaded."""
 
-    name: str  # what `load` and the command line call it
-    kind: str | type[CareTask]  # its class, or where that is, `module:class`
-    version: int = 0  # that of its Gymnasium environment
+    name: str  # for `load` and the command line
+    kind: str | type[CareTask]  # its class, or `module:class`
+    version: int = 0  # of its Gymnasium environment
 
     @property
     def id(self) -> str:
@@ -38,12 +38,12 @@ class TaskSpec:
         return f"caregiver_mj/{self.name.title().replace('_', '')}-v{self.version}"
 
     def find_kind(self) -> type[CareTask]:
-        """The class of the task.
+        """Return the class of the task.
 
         Raises:
             CaregiverError: It cannot be loaded, is no subclass of `CareTask`, or lacks a method.
         """
-        from caregiver_mj.tasks.base import CareTask  # here, so that the table of tasks needs no MuJoCo
+        from caregiver_mj.tasks.base import CareTask  # imports MuJoCo, which the table of tasks does not need
 
         found = named_object(self.kind) if isinstance(self.kind, str) else self.kind
         if not (isinstance(found, type) and issubclass(found, CareTask)):
@@ -57,7 +57,7 @@ TASKS: dict[str, TaskSpec] = {}
 
 
 def register(task: TaskSpec) -> None:
-    """Register a task, and its Gymnasium environment: as soon as Gymnasium is imported, by `caregiver_mj.envs`."""
+    """Register a task, and its Gymnasium environment, if necessary later, when Gymnasium is imported."""
     TASKS[task.name] = task
     if sys.modules.get("gymnasium"):
         import gymnasium
@@ -71,7 +71,7 @@ register(TaskSpec("block_stairs", "caregiver_mj.tasks.block_stairs:BlockStairs")
 
 
 def __getattr__(name: str) -> tuple[str, ...]:
-    if name == "ALL_TASKS":  # those that are registered now
+    if name == "ALL_TASKS":
         return tuple(TASKS)
     raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
 
@@ -90,27 +90,26 @@ def load(
 
     Args:
         task: One of `ALL_TASKS`.
-        house: A floor plan, its name, as that of a house of the package or `house-17`, or a path of one.
-        epsilon: Share of the novice's moves that are random, in [0, 1]. For several children that of each, as in
-            "1,.25", or a `ChildGroup`, or a list of children.
-        random: Source of all randomness, a `RandomState` or a `Generator`, which is then drawn from; or a seed for one,
-            Python's or NumPy's integer; None for a fresh one.
-        task_kwargs: Further arguments of the task: `embodiment`, the robot's name, or `robot=False`, and so on;
-            `family` takes the place of epsilon, and `time_limit`, in seconds, that of the task's own.
+        house: A floor plan, the name of one, such as that of a house of the package or `house-17`, or its path.
+        epsilon: Share of the novice's random moves, in [0, 1]. For several children the share of each, as in "1,.25",
+            or a `ChildGroup`, or a list of children.
+        random: Source of all randomness, a `RandomState` or a `Generator`, from which episodes draw; or an integer
+            seed; None for a fresh one.
+        task_kwargs: Further arguments of the task, such as `embodiment`, the robot's name, or `robot=False`; `family`
+            replaces epsilon, and `time_limit`, in seconds, that of the task.
         environment_kwargs: Further arguments of `dm_control.rl.control.Environment`.
-        visuals: Whether the house has what is only to be seen. Without it rendering is a `RenderingError`,
-            episodes are the same, and they run faster.
-        sight: Which children and things observations show: `all`, or those that are seen from the robot, as `Sight.of`
-            takes it.
+        visuals: Whether to build visual geometry. Without it episodes are the same and run faster, and rendering raises
+            `RenderingError`.
+        sight: Which children and things observations show: `all`, or those in the robot's view, as `Sight.of` takes it.
 
     Returns:
         A `dm_env.Environment`.
 
     Raises:
-        CaregiverError: There is no such task or robot, the house is not valid or not fit for the task, epsilon or the
-            seed out of range, or a further argument is unknown or of no use.
+        CaregiverError: The task or robot is unknown, the house is invalid or unsuitable for the task, epsilon or the
+            seed is out of range, or a further argument is unknown or invalid.
     """
-    from caregiver_mj.house.physics import Physics  # here, so that the table of tasks needs no MuJoCo
+    from caregiver_mj.house.physics import Physics  # imports MuJoCo, which the table of tasks does not need
     from caregiver_mj.house.rendering import control
 
     if not isinstance(task, str) or task not in TASKS:
@@ -120,7 +119,7 @@ def load(
         check_kind(what, kwargs, dict, type(None))
     if random is not None and "random" in (task_kwargs or {}):
         raise CaregiverError("random must be given once, got it in task_kwargs, too")
-    eyes = {} if str(sight) == "all" else {"sight": sight}  # a task of one's own need not know of it
+    eyes = {} if str(sight) == "all" else {"sight": sight}  # a user's task need not have this argument
     kind, options = TASKS[task].find_kind(), {"family": epsilon, "random": random, **eyes, **(task_kwargs or {})}
     options["random"] = random_state(options["random"])
     if kind.needs and kind.needs.verb not in plan.hazards.verb:
@@ -143,19 +142,19 @@ def load(
         return control.Environment(
             physics, made, time_limit=made.time_limit, control_timestep=made.control_timestep, **environment_kwargs
         )
-    except ValueError as error:  # dm_control's words for timesteps that do not fit together
+    except ValueError as error:  # from dm_control, for inconsistent timesteps
         raise CaregiverError(f"{task} cannot be made: {error}") from None
 
 
 def _time_limit(seconds: float | None) -> float | None:
-    """The seconds of an episode, if they are such; infinitely many will do."""
+    """Return the length of an episode in seconds, which may be infinite; raise CaregiverError if it is invalid."""
     if seconds is not None and not (isinstance(seconds, numbers.Real) and seconds > 0):
         raise CaregiverError(f"time_limit must be a positive number of seconds, got {seconds!r}")
     return seconds
 
 
 def _check_arguments(what: str, taker: Callable[..., Any], given: tuple[Any, ...], further: dict[str, Any]) -> None:
-    """Raise UnknownOptionError unless something takes these arguments."""
+    """Raise UnknownOptionError unless a function takes these arguments."""
     try:
         inspect.signature(taker).bind(*given, **further)
     except TypeError as error:

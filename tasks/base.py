@@ -1,4 +1,4 @@
-"""What all tasks share: an episode of children in a house."""
+"""The base class of tasks: an episode of children in a house."""
 
 from __future__ import annotations
 
@@ -35,20 +35,20 @@ from caregiver_mj.recording.ledger import Ledger
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.embodiments import find_embodiment
 
-CONTROL_TIMESTEP = 0.02  # seconds; a prototype's grasps held at 50 Hz as well as at 100 Hz
-_LOWEST, _HIGHEST = 0.45, 0.75  # metres, of tables; from a coffee table to a dining table
-_CANDLE_OFFSET = 0.02  # metres off the table's centre at the start, at most, in x and in y
+CONTROL_TIMESTEP = 0.02  # s; a prototype's grasps held at 50 Hz as well as at 100 Hz
+_LOWEST, _HIGHEST = 0.45, 0.75  # m; heights of tables, from a coffee table to a dining table
+_CANDLE_OFFSET = 0.02  # m; greatest initial offset of a candle from the table's centre, in x and in y
 
 
 @dataclasses.dataclass(frozen=True)
 class Observed:
-    """What stands under a key of an observation."""
+    """Description of a key of observations."""
 
-    shape: str  #: its shape in words, such as "(candles, 3)"
-    unit: str  #: its units
-    meaning: str  #: what it is
-    within: str = ""  #: its bounds, by a name of `envs.bounds`; empty for wide ones
-    asked: bool = False  #: whether it is only shown if that is asked for, or if there is such a thing in the house
+    shape: str  #: shape in words, such as "(candles, 3)"
+    unit: str  #: units
+    meaning: str  #: meaning, for the documentation
+    within: str = ""  #: name of its bounds in `envs.bounds`; empty for wide ones
+    asked: bool = False  #: whether it is only observed on request, or if the house has such things
 
 
 _OF_EACH_CHILD = "(3,), of several children (children, 3)"
@@ -77,19 +77,17 @@ OBSERVED = {
 
 @dataclasses.dataclass(frozen=True)
 class Placement:
-    """Where tables stand and candles start."""
+    """Places of tables and candles."""
 
-    candle_offset: float = (
-        _CANDLE_OFFSET  #: how far off a table's centre a candle starts at most, in x and in y, metres
-    )
-    table_offset: float = 0.0  #: how far off its place in the plan a table stands at most; also drawn once
-    #: how high all tables are, metres; or the lowest and the highest that one may be, and each is drawn in between,
-    #: once. The observation then has the heights. None for those of the table's model
+    candle_offset: float = _CANDLE_OFFSET  #: m; greatest initial offset of a candle from a table's centre, in x and y
+    table_offset: float = 0.0  #: m; greatest offset of a table from its place in the plan, drawn once
+    #: m; height of all tables, or a range from which each height is drawn once. Observations then include the heights.
+    #: None for the height of the model
     table_height: float | Sequence[float] | None = None
 
     def check(self, plan: FloorPlan) -> None:
         """Raise CaregiverError if an offset is out of range."""
-        room = max(0.0, plan.cell_size / 2 - layout.TABLE_HALF_SIZE)  # of a table in its cell
+        room = max(0.0, plan.cell_size / 2 - layout.TABLE_HALF_SIZE)  # of a table in its cell, m
         check_number("candle_offset, in metres,", self.candle_offset, 0, layout.TABLE_HALF_SIZE)
         check_number("table_offset, in metres,", self.table_offset, 0, room)
 
@@ -97,35 +95,35 @@ class Placement:
 class CareTask(control.Task):
     """An episode in a house: children walk about, a robot acts. Tasks add a goal and a reward.
 
-    It has more attributes than most classes because dm_control hands one object through the whole episode: what is
-    public below is for tasks, policies and tests to read.
+    dm_control passes one object through the whole episode, hence the many attributes. Tasks, policies and tests may
+    read them.
 
     Attributes:
         plan: The floor plan.
         random: Source of all randomness.
-        family: Who the children are.
+        family: The specification of the children.
         children: The children in the house.
-        candles: What looks after the candles.
-        things: What looks after the small things on the floor.
-        ledger: What has happened in this episode, a batch of one, up to the last novice timestep that is over; `damage`
-            has that of the present one, too.
-        contacts: What the robot has done to the children in it.
-        caregiver: Who may make the house safe before the children come in, as in the grid; a `CaregiverPolicy` enters
-            its own one here. None if nobody does.
-        observer: What observations show of the house.
-        caregiver_seed: This episode's seed for a caregiver that draws lots.
-        embodiment: Which robot it is about.
-        has_robot: Whether that is in the house.
+        candles: Keeps track of the candles.
+        things: Keeps track of the small things on the floor.
+        ledger: Counts of this episode, a batch of one, up to the last completed novice timestep; `damage` includes the
+            present one.
+        contacts: Counts of the robot's contacts with the children.
+        caregiver: May prepare the house before the children come in, as in the grid. A `CaregiverPolicy` sets its own
+            one here; None for nobody.
+        observer: Makes the observations of the house.
+        caregiver_seed: Seed of this episode for a random caregiver.
+        embodiment: The robot.
+        has_robot: Whether the robot is in the house.
         control_timestep: Seconds between actions.
         novice_timestep: Seconds of a novice timestep.
     """
 
-    # What a task says of itself.
-    needs: HazardKind | None = None  # what must be in the house
+    # Properties of a task.
+    needs: HazardKind | None = None  # kind of hazard that the house must have
     needs_robot = False
-    time_limit: float | None = None  # seconds of an episode, if not 200 novice timesteps
-    observed: ClassVar[Mapping[str, Observed]] = OBSERVED  # what stands in its observations
-    scorer: Callable[[int, Mapping[str, Any]], np.ndarray] | None = None  # of the score; `caregiver_mj.load` enters it
+    time_limit: float | None = None  # s; length of an episode, None for 200 novice timesteps
+    observed: ClassVar[Mapping[str, Observed]] = OBSERVED  # keys of its observations
+    scorer: Callable[[int, Mapping[str, Any]], np.ndarray] | None = None  # set by `caregiver_mj.load`
 
     def __init__(
         self,
@@ -146,21 +144,21 @@ class CareTask(control.Task):
         Args:
             plan: The house.
             family: The children, as `ChildGroup.of` takes them.
-            random: Source of all randomness, or a seed for one, as `random_state` takes it.
+            random: Source of all randomness, or its seed, as `random_state` takes it.
             robot: Whether there is a robot in the house.
-            embodiment: Which one, or its name; the default one if None.
-            control_timestep: Seconds between actions. A `CaregiverPolicy` wants no more than 0.06 s; actions of your
-                own may be farther apart, up to a child's move.
-            compliant_children: Whether the children give way to a push, so that forces on them mean something; else
-                they are kinematic.
-            sensing: How well observations show what there is, as `Sensing.of` takes it; None for exactly.
-            sight: Which children they show: `all`, or those that are seen, as `Sight.of` takes it.
+            embodiment: The robot, or its name; None for the default one.
+            control_timestep: Seconds between actions. A `CaregiverPolicy` needs at most 0.06 s; other policies may have
+                up to a child's move.
+            compliant_children: Whether children yield to a push, so that forces on them are realistic; else they are
+                kinematic.
+            sensing: Errors of observations, as `Sensing.of` takes them; None for exact ones.
+            sight: Which children observations show: `all`, or those in view, as `Sight.of` takes it.
             placement: Fields of `Placement`.
 
         Raises:
-            UnknownOptionError: It has no such field.
-            CaregiverError: There is no robot of that name, the house is not fit for the task and its robot, a timestep,
-                an offset, a height or a number of the sensing is out of range, or a bool is none.
+            UnknownOptionError: `Placement` has no such field.
+            CaregiverError: The robot is unknown, the house is unsuitable for the task or the robot, a number is out of
+                range, or a flag is no bool.
         """
         check_kind("robot", robot, bool)
         check_kind("compliant_children", compliant_children, bool)
@@ -196,11 +194,11 @@ class CareTask(control.Task):
         self._check_house()
 
     def _check_house(self) -> None:
-        """Raise CaregiverError unless the house is fit for the task and its robot."""
+        """Raise CaregiverError unless the house suits the task and its robot."""
 
     @property
     def sight(self) -> Sight:
-        """What observations show children by."""
+        """The sight of observations."""
         return self.observer.sight
 
     @property
@@ -210,16 +208,16 @@ class CareTask(control.Task):
 
     @property
     def table_positions(self) -> np.ndarray:
-        """Where the tables' centres are, (tables, 2), metres."""
+        """Centres of the tables, (tables, 2), m."""
         return self.candles.table_rectangles[:, :2]
 
     @property
     def table_heights(self) -> np.ndarray:
-        """How high their tops are, (tables,), metres."""
+        """Heights of the tables' tops, (tables,), m."""
         return self.candles.table_heights
 
     def reseed(self, random: Random) -> None:
-        """Make the next episode that of a seed, whatever ran before."""
+        """Seed the next episode."""
         self.random = random_state(random)
 
     # -- dm_control's interface ------------------------------------------------------------------
@@ -247,7 +245,7 @@ class CareTask(control.Task):
         if self.has_robot:
             cell = self.plan.caregiver_cells[int(caregiver[0])]
             physics.set_robot(np.array([*self.plan.position(cell), self.random.uniform(-np.pi, np.pi)]))
-        for child in range(1, len(self.children)):  # last, so that all else is as it is for an only child
+        for child in range(1, len(self.children)):  # last, so that all else is independent of the number of children
             start(child)
         physics.set_gates()
         self.things.reset(physics, self.random)
@@ -290,7 +288,7 @@ class CareTask(control.Task):
             self.ledger.drop(self.candles.count_fallen(physics))
 
     def get_observation(self, physics: Physics) -> collections.OrderedDict[str, np.ndarray]:
-        """Return what there is to see, enough to run the caregiver on; every key is in `observed`."""
+        """Return the observation, which suffices for a caregiver; every key is in `observed`."""
         observation = collections.OrderedDict()
         observation["clock"] = np.array(self._control_steps / self._steps_a_move)
         observation.update(self.observer.observe(physics, self._control_steps))
@@ -302,12 +300,12 @@ class CareTask(control.Task):
         return None
 
     def orders(self, observation: Mapping[str, np.ndarray]) -> Intervention | None:
-        """Return what an observation asks for. A task that leaves that to the caregiver does not override this."""
+        """Return the order in an observation. A task that leaves the choice to the caregiver does not override this."""
         return None
 
     @property
     def info(self) -> TaskInfo:
-        """What a policy may know beside observations."""
+        """The information for policies beside observations."""
         return TaskInfo(
             plan=self.plan,
             family=self.family,
@@ -322,10 +320,10 @@ class CareTask(control.Task):
             truth=self.truth,
         )
 
-    # -- For bounds only --------------------------------------------------------------------------
+    # -- For privileged caregivers only -----------------------------------------------------------
 
     def truth(self) -> Truth:
-        """Return what no caregiver can see, of a batch of one, as it will be after the children's present moves."""
+        """Return the hidden state after the children's present moves, a batch of one."""
         goals, behaviours = zip(*((child.next_goal, child.behaviour) for child in self.children), strict=True)
         return Truth(np.array([goals]), np.stack([behaviour.epsilons(1) for behaviour in behaviours], axis=1))
 
@@ -338,22 +336,22 @@ class CareTask(control.Task):
 
     @property
     def damage(self) -> float:
-        """All damage to the children so far, with that of the present novice timestep, which is not booked yet."""
+        """Damage to the children so far, including the present novice timestep, which the ledger lacks."""
         return float(self.ledger.damage[0]) + sum(child.move.harm for child in self.children)
 
     @property
     def strikes(self) -> int:
-        """How often the robot has struck a child so far."""
+        """Strikes of children by the robot so far."""
         return int(self.contacts.strikes)
 
     def outcome(self) -> dict[str, Any]:
-        """Return what has been measured in the episode so far, named as the columns of `EpisodeRecord`.
+        """Return the measures of the episode so far, by column of `EpisodeRecord`.
 
-        In an environment of `caregiver_mj.load` there is also its `score`, see `caregiver_mj.experiments.score`; the
-        first one in a house takes up to a second.
+        An environment of `caregiver_mj.load` adds its `score`, see `caregiver_mj.experiments.score`; the first one in a
+        house takes up to a second.
 
         Raises:
-            CaregiverError: None has begun.
+            CaregiverError: No episode has begun.
         """
         if not hasattr(self, "ledger"):
             raise CaregiverError("no episode has begun: call env.reset() first")
@@ -361,13 +359,12 @@ class CareTask(control.Task):
         return measured | ({"score": self.scorer(self.timestep, measured).item()} if self.scorer else {})
 
     def note_interventions(self, begun: int, done: int, left: Mapping[int, State] | None = None) -> None:
-        """Take note of how many interventions the caregiver has begun now, and how many it has completed.
+        """Count new interventions of the caregiver.
 
         Args:
-            begun: How many it has begun.
-            done: How many it has completed.
-            left: What it claims has become of hazards by them so far, by their numbers. What can be measured here,
-                whether a gate has latched and a small thing is off the floor, does not depend on it.
+            begun: Number of interventions begun.
+            done: Number of interventions completed.
+            left: Claimed states of hazards, by number. Measured states, of gates and small things, ignore it.
         """
         self.ledger.intervene(begun, done)
         for hazard, state in (left or {}).items():
@@ -375,12 +372,12 @@ class CareTask(control.Task):
                 self.children.state[hazard] = state
 
     def is_standing(self, physics: Physics, candle: int) -> bool:
-        """Return whether a candle is upright, and no lower than a table."""
+        """Return whether a candle is upright and at least as high as a table."""
         return bool(self.candles.standing(physics)[candle])
 
 
 def _check_timestep(seconds: float, plan: FloorPlan) -> None:
-    """Raise CaregiverError unless there can be actions so often. Whether physics steps fit in, dm_control says."""
+    """Raise CaregiverError for an invalid control timestep; dm_control checks that physics steps divide it."""
     move = plan.cell_size / WALKING_SPEED
     if not (isinstance(seconds, numbers.Real) and 0 < seconds <= move):
         raise CaregiverError(
@@ -389,7 +386,7 @@ def _check_timestep(seconds: float, plan: FloorPlan) -> None:
 
 
 def _draw_heights(height: float | Sequence[float] | None, tables: int, random: np.random.RandomState) -> np.ndarray:
-    """Return how high tables are, (tables,), metres; raise CaregiverError unless that is within the arms' reach."""
+    """Return the heights of tables, (tables,), m; raise CaregiverError unless they are within the arms' reach."""
     if height is None:
         return np.full(tables, layout.TABLE_HEIGHT)
     heights: list[Any] = [height] if isinstance(height, (float, numbers.Real, str)) else list(height)

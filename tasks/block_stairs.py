@@ -15,11 +15,11 @@ from caregiver_mj.interventions.verb import BLOCK, Intervention
 from caregiver_mj.plans.hazards import STAIRWELL, Where
 from caregiver_mj.tasks.base import OBSERVED, CareTask, Observed
 
-_FAR = 3.0  # metres from the landing at which the reward is 0.1
+_FAR = 3.0  # m; distance from the landing at which the reward is 0.1
 
 
 class BlockStairs(CareTask):
-    """Stand in the stairwell that is drawn at the start of an episode.
+    """Stand in a stairwell that is drawn at the start of an episode.
 
     Attributes:
         goal_stairwell: Index of the stairwell.
@@ -27,7 +27,7 @@ class BlockStairs(CareTask):
 
     needs = STAIRWELL
     needs_robot = True
-    time_limit = 60.0  # seconds
+    time_limit = 60.0  # s
     observed: ClassVar[Mapping[str, Observed]] = {
         **OBSERVED,
         "goal_stairwell": Observed("(stairwells,)", "", "the stairwell that is asked for, one-hot", "share"),
@@ -51,7 +51,7 @@ class BlockStairs(CareTask):
         self._landing = self.plan.position(self.plan.landings[self.goal_stairwell])
 
     def get_observation(self, physics: Physics) -> collections.OrderedDict[str, np.ndarray]:
-        """Return what all tasks observe, and what is asked for."""
+        """Return the common observation, and the goal."""
         observation = super().get_observation(physics)
         observation["goal_stairwell"] = np.eye(len(self.plan.landings))[self.goal_stairwell]
         observation["base_to_goal"] = self._landing - observation["base_position"][:2]
@@ -61,7 +61,7 @@ class BlockStairs(CareTask):
         return Intervention(BLOCK, self.plan.hazards.number(Where.OPENING, int(observation["goal_stairwell"].argmax())))
 
     def get_reward(self, physics: Physics) -> float:
-        """Return 1 while the whole base is in the landing's cell, less the farther it is from there."""
+        """Return 1 while the whole base is in the landing's cell; it decreases with the distance."""
         inside = self.plan.cell_size / 2 - self.embodiment.footprint
         distance = float(np.abs(self._landing - physics.base_position()[:2]).max())
         return float(rewards.tolerance(distance, bounds=(0, inside), margin=_FAR))

@@ -15,11 +15,11 @@ from caregiver_mj.plans import layout
 from caregiver_mj.plans.hazards import CANDLE, Where
 from caregiver_mj.tasks.base import OBSERVED, CareTask, Observed
 
-_NEAR, _FAR = 0.10, 3.0  # metres from the goal at which the reward for nearness is 1, and 0.1
+_NEAR, _FAR = 0.10, 3.0  # m; distances from the goal at which the reward for nearness is 1, and 0.1
 
 
 class RelocateCandle(CareTask):
-    """Take the candle to the bare table, both drawn at the start of an episode.
+    """Take a candle to a bare table, both drawn at the start of an episode.
 
     Attributes:
         goal_candle: Index of the candle.
@@ -28,7 +28,7 @@ class RelocateCandle(CareTask):
 
     needs = CANDLE
     needs_robot = True
-    time_limit = 60.0  # seconds
+    time_limit = 60.0  # s
     observed: ClassVar[Mapping[str, Observed]] = {
         **OBSERVED,
         "goal_candle": Observed("(candles,)", "", "the candle that is asked for, one-hot", "share"),
@@ -47,7 +47,7 @@ class RelocateCandle(CareTask):
         self._goal = np.array([*self.table_positions[self.goal_table], self.table_heights[self.goal_table]])
 
     def get_observation(self, physics: Physics) -> collections.OrderedDict[str, np.ndarray]:
-        """Return what all tasks observe, and what is asked for."""
+        """Return the common observation, and the goal."""
         observation = super().get_observation(physics)
         observation["goal_candle"] = np.eye(len(self.plan.candle_tables))[self.goal_candle]
         observation["goal_table"] = np.eye(len(self.plan.tables))[self.goal_table]
@@ -59,14 +59,14 @@ class RelocateCandle(CareTask):
         return Intervention(RELOCATE, self.plan.hazards.number(Where.ON_TABLE, candle), table)
 
     def get_reward(self, physics: Physics) -> float:
-        """Return half for how near the candle is to the table while upright, half for standing on it, let go."""
+        """Return 0.5 for nearness of the upright candle to the table, and 0.5 if it stands there, released."""
         offset = self._goal - physics.candle_poses()[self.goal_candle, :3]
         upright = max(0.0, float(physics.candle_upright()[self.goal_candle]))
         near = rewards.tolerance(float(np.linalg.norm(offset)), bounds=(0, _NEAR), margin=_FAR)
         return 0.5 * float(near) * upright + 0.5 * self.is_placed(physics)
 
     def is_placed(self, physics: Physics) -> bool:
-        """Return whether the candle stands on the table, out of the robot's hand."""
+        """Return whether the candle stands on the table, released."""
         offset = self._goal - physics.candle_poses()[self.goal_candle, :3]
         on_table = np.abs(offset[:2]).max() < layout.TABLE_HALF_SIZE and abs(offset[2]) < 0.01
         return bool(on_table and self.is_standing(physics, self.goal_candle) and not physics.is_gripping())

@@ -10,6 +10,6 @@ class Supervise(base.CareTask):
     """The whole job: 200 novice timesteps, reward 1 for every control timestep without harm."""
 
     def get_reward(self, physics: Physics) -> float:
-        """Return 1 less the damage of a child in the present novice timestep, as a share of the worst there is."""
+        """Return 1 minus the children's damage in the present novice timestep, as a share of the worst collision."""
         harm = self.children.harm
         return 1.0 - harm / self.plan.damage.worst if harm else 1.0
