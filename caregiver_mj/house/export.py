@@ -1,4 +1,4 @@
-"""The scene of a house as files that plain MuJoCo loads."""
+"""Export the scene of a house to files for plain MuJoCo."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from caregiver_mj.house.touch import TouchReader
 from caregiver_mj.plans.floor_plan import FloorPlan, check_starts
 from caregiver_mj.robot.embodiment import Embodiment
 
-_START = "start"  # the keyframe in which child and robot stand in cells of their own, and gates are open
+_START = "start"  # keyframe with child and robot in different cells, and open gates
 _HEADER = f" A house of caregiver_mj. Begin with its keyframe '{_START}'. "
 
 
@@ -27,16 +27,16 @@ def export_house(plan: FloorPlan, file: str | pathlib.Path, robot: Embodiment | 
 
     Args:
         plan: The floor plan.
-        file: New file: `.xml`, with the pictures of its floors beside it, or `.mjb`, which is one file and exactly the
-            compiled model, but is read by the same version of MuJoCo only.
+        file: New file: `.xml`, with images of its floors beside it, or `.mjb`, a single file with the compiled model
+            for the same version of MuJoCo only.
         robot: The robot in it.
 
     Returns:
         The files written.
 
     Raises:
-        CaregiverError: The file has another suffix, or one of the files exists or cannot be written; the house cannot
-            be built; or the robot's model has files of its own, which an `.xml` would have to name.
+        CaregiverError: The suffix is another, a file exists or cannot be written, the house cannot be built, or the
+            robot's model refers to files, which `.xml` does not support.
     """
     file = pathlib.Path(file)
     if file.suffix not in (".xml", ".mjb"):
@@ -58,7 +58,7 @@ def export_house(plan: FloorPlan, file: str | pathlib.Path, robot: Embodiment | 
         if file.suffix == ".xml":
             file.write_text(_xml(spec, file), encoding="utf-8")
         else:
-            file.touch()  # MuJoCo does not say why it cannot write
+            file.touch()  # raises OSError, unlike MuJoCo
             mujoco.mj_saveModel(compile_house(spec), str(file))
     except OSError as error:
         raise CaregiverError(f"'{error.filename or file}' cannot be written: {error.strerror}") from None
@@ -80,7 +80,7 @@ def _start(plan: FloorPlan, model: mujoco.MjModel, robot: Embodiment | None) -> 
 
 
 def _pictures(spec: mujoco.MjSpec, file: pathlib.Path, robot: Embodiment | None) -> dict[pathlib.Path, PIL.Image.Image]:
-    """Return the pictures that are in a scene, by the files beside it that it then names in their place."""
+    """Replace the images in a scene by references to files, and return the images by file."""
     for part in (*spec.meshes, *spec.hfields, *spec.textures):
         if part.file:
             name = robot.name if robot else "none"
@@ -96,11 +96,11 @@ def _pictures(spec: mujoco.MjSpec, file: pathlib.Path, robot: Embodiment | None)
 
 
 def _xml(spec: mujoco.MjSpec, file: pathlib.Path) -> str:
-    """Return the scene as MJCF, once the pictures that it names are there."""
+    """Return the scene as MJCF; the files that it refers to must exist."""
     spec.modelfiledir = str(file.parent)
     root = ElementTree.fromstring(spec.to_xml())
     root.insert(0, ElementTree.Comment(_HEADER))
-    # What is attached brings an empty class "main", and two things with the same prefix one of the same name.
+    # Attaching adds empty classes "main", and duplicate classes for things with the same prefix.
     classes = root.find("default")
     first: dict[str, ElementTree.Element] = {}
     for defaults in [] if classes is None else list(classes):

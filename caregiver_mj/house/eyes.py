@@ -1,7 +1,7 @@
-"""What a robot's eye sees in the house, and cameras on the ceiling: walls, furniture and the robot's arm hide the rest.
+"""The views of the robot's eye and of ceiling cameras, with occlusion by walls, furniture and the robot's arm.
 
-The eye is on a mast, at the site `eye` of the robot's model. The walls, which are drawn cut low, are as high as the
-ceiling; where they leave a view, rays tell what else is in the way.
+The eye is on a mast, at the site `eye` of the robot's model. Walls count as high as the ceiling, although they are
+drawn low; rays find other occlusions.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.visibility import CAMERA_RANGE, CAMERA_WIDTH, PLACES, Sight, seen_from, visibility
 
 _SIDES = np.array([(0.0, 0.0), *ACTIONS])
-# Points of a child's body at which an eye looks, metres from its middle and above the floor: one that it sees will do.
+# m; points of a child's body, from its middle and above the floor. A child is seen if one of them is.
 _HEAD = 0.68
 _BODY = np.array([(0, 0, 0.15), (0, 0, _HEAD), *((0.08 * x, 0.08 * y, 0.42) for x, y in _SIDES)])
-_THING = np.array((0.0, 0.0, 0.05))  # above its foot
-_ROOM = 0.12  # metres round a thing's point that it may fill itself, its neighbours on a table too
-_AT_HAND = 1.2  # metres from the base's middle within which a thing may be in the hand
+_THING = np.array((0.0, 0.0, 0.05))  # m; point of a thing, above its foot
+_ROOM = 0.12  # m; hits this near a thing's point count as the thing
+_AT_HAND = 1.2  # m from the base's middle; nearer things, which may be in the hand, are always seen
 
 
 class RobotEyes:
-    """All that sees in one house."""
+    """The robot's eye and the ceiling cameras of a house."""
 
     def __init__(self, plan: FloorPlan, sight: Sight):
         self._plan, self._sight = plan, sight
@@ -38,8 +38,8 @@ class RobotEyes:
         """Look once.
 
         Returns:
-            Which children are seen, bool (children,); which candles, small things and gates, bool (things,); and
-            where in each free cell the head of a child would be seen, bool (cells, `PLACES`).
+            Whether each child is seen, bool (children,); each candle, small thing and gate, bool (things,); and the
+            head of a child at each place of each free cell, bool (cells, `PLACES`).
         """
         children = np.pad(physics.toddler_positions()[:, :2], ((0, 0), (0, 1)))
         lying = np.concatenate([physics.candle_poses()[:, :3], physics.thing_positions()])
@@ -51,10 +51,10 @@ class RobotEyes:
         own[: ends[0]] = bodies.repeat(len(_BODY))
         room = np.where(np.arange(len(points)) < ends[1], 0.0, _ROOM)
         found = np.zeros(len(points), bool)
-        looks = []  # where there is something in front, and what
+        looks = []  # points in view of each camera, and the geoms that rays hit
         x, y, yaw = physics.base_position().tolist()
         eye = physics.eye_position()
-        # A base at a wall has its eye in the wall's cell, which is wider than the wall: its middle sees past that.
+        # Beside a wall the eye is in the wall's cell, which is wider than the wall, so the test uses the base's middle.
         for camera, middle in ((eye, np.array((x, y))), *((camera, camera[:2]) for camera in self._ceiling)):
             in_view = seen_from(self._plan, middle, points[:, :2])
             if camera is eye and self._sight.turns:
@@ -65,19 +65,19 @@ class RobotEyes:
             found[which] |= (free >= far - room[which]) | (geom == own[which])
             looks.append((which, geom))
         seen = found[: ends[0]].reshape(len(children), -1).any(axis=1)
-        for which, geom in looks:  # a child that is not seen hides nothing: else it would show by that
+        for which, geom in looks:  # an unseen child must not reveal itself by hiding something
             found[which] |= np.isin(geom, bodies[~seen])
         away = np.linalg.norm(things[:, :2] - (x, y), axis=1)
         cells = found[ends[0] : ends[1]].reshape(len(self._cells), -1)
-        # No child can be in the base's own cell, once that stands in its middle, and not be felt.
-        assert physics.embodiment is not None  # it has an eye
+        # A child in the base's own cell would be felt.
+        assert physics.embodiment is not None  # which has the eye
         felt = physics.embodiment.footprint + layout.CHILD_RADIUS - PLACES.max() * self._plan.cell_size
         cells[np.linalg.norm(self._cells - (x, y), axis=1) < felt] = True
         return np.asarray(seen), found[ends[1] :] | (away < _AT_HAND), cells
 
 
 def _in_picture(offsets: np.ndarray, yaw: float) -> np.ndarray:
-    """Return which offsets, (n, 2), from a camera with a heading are in its picture, bool (n,)."""
+    """Return whether offsets, (n, 2), from a camera with a heading are in its field of view, bool (n,)."""
     far = np.linalg.norm(offsets, axis=1)
     ahead = offsets[:, 0] * np.cos(yaw) + offsets[:, 1] * np.sin(yaw)
     return (far <= CAMERA_RANGE) & (ahead >= np.cos(CAMERA_WIDTH / 2) * far)

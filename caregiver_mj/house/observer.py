@@ -1,4 +1,4 @@
-"""What observations show of the house: all there is, or what is in sight, as well as it is sensed."""
+"""Observations of the house: everything, or what is in view, with the errors of sensing."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.visibility import PLACES, Sight
 
-_LOOKS = 5  # control timesteps after which it is looked anew which children are in sight
+_LOOKS = 5  # control timesteps between updates of the view
 
 
 class Observer:
     """Observes one episode after another in a house.
 
     Attributes:
-        sensing: How well observations show what there is.
-        sight: Which children they show.
-        seen: Which children are seen, or felt, bool (children,).
+        sensing: Errors, gaps and delay of observations.
+        sight: Which children observations show.
+        seen: Whether each child is seen or felt, bool (children,).
     """
 
     def __init__(
@@ -42,48 +42,48 @@ class Observer:
 
         Args:
             plan: The house.
-            children: How many children there are.
-            tables: Rectangles of the tables and heights of their tops, (tables, 5), metres.
+            children: Number of children.
+            tables: Rectangles of the tables and heights of their tops, (tables, 5), m.
             control_timestep: Seconds between observations.
             has_robot: Whether the robot is in the house.
-            sensing: How well observations show what there is, as `Sensing.of` takes it; None for exactly.
-            sight: Which children they show, as `Sight.of` takes it.
+            sensing: Errors of observations, as `Sensing.of` takes them; None for exact ones.
+            sight: Which children observations show, as `Sight.of` takes it.
 
         Raises:
-            CaregiverError: A number of the sensing is out of range, or there is no such sight.
+            CaregiverError: A number of the sensing is out of range, or the sight is unknown.
         """
         self.sensing, self.sight = Sensing.of(sensing), Sight.of(sight)
         self._plan, self._has_robot = plan, has_robot
         self._eyes = RobotEyes(plan, self.sight) if has_robot and not self.sight.is_full else None
         exact = self.sensing.is_exact
         self._sensor = None if exact else Sensor(self.sensing, control_timestep, tables, layout.things(plan))
-        self._shown = 0 if children == 1 else slice(None)  # an only child without a dimension of its own
+        self._shown = 0 if children == 1 else slice(None)  # a single child has no dimension
         self.seen, self._cells_seen = np.ones(children, bool), np.ones((len(plan.free_cells), len(PLACES)))
-        self._things_seen: list[np.ndarray] = []  # candles, what lies on the floor, and gates
+        self._things_seen: list[np.ndarray] = []  # candles, things on the floor, and gates
         self._things_shown: dict[int, np.ndarray] = {}
 
     def reset(self, physics: Physics, seed: int) -> None:
-        """Begin an episode, all of whose errors come from a seed."""
+        """Begin an episode with a seed of its errors."""
         if self._sensor:
             self._sensor.reset(seed)
         self._things_shown.clear()
         self._look(physics)
 
     def take_in(self, physics: Physics, step: int) -> None:
-        """Look after a control timestep of that number, counted from 1."""
+        """Update the view after a control timestep with a number, from 1."""
         if step % _LOOKS == 0:
             self._look(physics)
         if self._eyes:
-            for touch in physics.touches:  # what is felt is there
+            for touch in physics.touches:
                 self.seen[touch.child] |= touch.kind == "robot"
 
     def observe(self, physics: Physics, step: int) -> dict[str, np.ndarray]:
-        """Return what is perceived now, by keys of observations; the same if it is asked for again in a step."""
+        """Return the perceived observation, by key; repeated calls in a step return the same."""
         exact = self._all_in_sight(physics)
         return self._sensor.sense(step, exact) if self._sensor else exact
 
     def _all_in_sight(self, physics: Physics) -> dict[str, np.ndarray]:
-        """What can be perceived, as it is."""
+        """Return the observation of everything in view, without errors."""
         observation: dict[str, np.ndarray] = collections.OrderedDict()
         places, rates = physics.toddler_positions(), physics.toddler_velocities()
         if not self.sight.is_full:
@@ -108,8 +108,8 @@ class Observer:
         return observation
 
     def _as_last_seen(self, kind: int, poses: np.ndarray) -> np.ndarray:
-        """Return poses of things, of which those out of sight are where they were seen last, or were at first."""
-        if not self._things_seen:  # all of them are
+        """Return poses of things: for those out of view, the last seen or initial ones."""
+        if not self._things_seen:  # full sight
             return poses
         shown = self._things_shown.setdefault(kind, poses.copy())
         seen = self._things_seen[kind]
@@ -117,7 +117,7 @@ class Observer:
         return shown.copy()
 
     def _look(self, physics: Physics) -> None:
-        """See which children are in sight, which things, and which cells."""
+        """Update which children, things and cells are in view."""
         if self._eyes:
             self.seen, things, self._cells_seen = self._eyes.look(physics)
             candles, lying = len(self._plan.candle_tables), len(self._plan.floor_cells)

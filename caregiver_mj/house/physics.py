@@ -26,9 +26,9 @@ from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.view import loose
 
-_SPRUNG = 0.002  # metres that the bolt of a gate that has latched is in, at most
-_HIDES = np.array([group in (OPAQUE, 3) for group in range(mujoco.mjNGROUP)], np.uint8)  # what one cannot see through
-_DENSE = 150  # degrees of freedom up to which dense Jacobians are the faster ones; paper has 43
+_SPRUNG = 0.002  # m; greatest travel of the bolt of a latched gate
+_HIDES = np.array([group in (OPAQUE, 3) for group in range(mujoco.mjNGROUP)], np.uint8)  # groups of opaque geoms
+_DENSE = 150  # degrees of freedom up to which dense Jacobians are faster; house `paper` has 43
 _AWAKE = ("ntree_awake", "nbody_awake", "nparent_awake", "nv_awake")
 
 
@@ -37,8 +37,8 @@ class Physics(OffscreenRendering, engine.Physics):
 
     Attributes:
         touches: All contacts of the children during the last `step`.
-        touch_reader: What reads them.
-        carried: What kind of thing each candle is.
+        touch_reader: Reads the contacts.
+        carried: Kind of each candle.
         embodiment: The robot in the house, or None.
     """
 
@@ -64,15 +64,14 @@ class Physics(OffscreenRendering, engine.Physics):
         TouchReader.add_sensors(spec, children)
         return cls(wrapper.MjData(wrapper.MjModel(compile_house(spec))), embodiment)
 
-    # dm_control copies and pickles a simulation by its data alone, which do not say which robot it is, nor what its
-    # actuators are about to be told.
+    # dm_control copies and pickles a simulation by its data alone, which lack the robot and the state of its ramp.
 
     def copy(self, share_model: bool = False) -> Physics:
         copied = super().copy(share_model)
         copied._embody(self.embodiment, self._ramp_state())
         return copied
 
-    # MuJoCo's own pickles forget how many trees, bodies and so on are awake, and the next step is a fatal error.
+    # MuJoCo's pickles lose the numbers of awake trees, bodies and so on, without which the next step is a fatal error.
 
     def __getstate__(self) -> tuple[wrapper.MjData, Embodiment | None, RampState | None, dict[str, int]]:
         awake = {name: getattr(self._raw[1], name) for name in _AWAKE}
@@ -86,8 +85,8 @@ class Physics(OffscreenRendering, engine.Physics):
             setattr(self._raw[1], name, count)
 
     def __del__(self) -> None:
-        # dm_control's named views are classes of their own, full of their fields: all of it would be left to the
-        # garbage collector, which needs 50 ms in the midst of a later episode for ten of them.
+        # dm_control makes a class for each named view, which refers to its fields. Breaking these cycles here avoids
+        # garbage collection in a later episode, which takes 50 ms for ten simulations.
         for view in getattr(self, "_named", ()):
             for name in [*view._asdict(), "_asdict"]:
                 delattr(type(view), name)
@@ -107,7 +106,7 @@ class Physics(OffscreenRendering, engine.Physics):
         self.touch_reader = TouchReader(model, raw, children)
         self.carried, self._candle_rows = _free_things(model, Where.ON_TABLE)
         _, self._thing_rows = _free_things(model, Where.FLOOR)
-        free = np.searchsorted(model.jnt_qposadr, self._thing_rows[:, 0])  # their joints, which are in that order
+        free = np.searchsorted(model.jnt_qposadr, self._thing_rows[:, 0])  # their joints, in this order
         self._thing_bodies = model.jnt_bodyid[free].tolist()
         self._thing_velocities = [raw.qvel[dof : dof + 6] for dof in model.jnt_dofadr[free].tolist()]
         self._loose = loose([layout.thing(kind) for kind in self.carried])
@@ -125,10 +124,10 @@ class Physics(OffscreenRendering, engine.Physics):
         return None if self._robot is None else self._robot.ramp.state
 
     def _embody(self, embodiment: Embodiment | None, ramp: RampState | None = None) -> None:
-        """Make the robot's views, with what its actuators are about to be told if that is known."""
+        """Make the robot's views, with the state of its ramp if known."""
         self.embodiment = embodiment
         robot = None if embodiment is None else RobotBody(embodiment, *self._raw)
-        self._robot: RobotBody = robot  # type: ignore[assignment]  # asked for readouts only where there is one
+        self._robot: RobotBody = robot  # type: ignore[assignment]  # readouts of the robot require one
         self.touch_reader.robot = robot
         if robot is not None and ramp is not None:
             robot.ramp.state = ramp
@@ -139,23 +138,23 @@ class Physics(OffscreenRendering, engine.Physics):
         """Whether there is a robot in the house."""
         return self._robot is not None
 
-    # -- Pictures --------------------------------------------------------------------------------
+    # -- Rendering -------------------------------------------------------------------------------
 
     def camera_names(self) -> tuple[str, ...]:
-        """Return the names of its cameras, as `render` takes them."""
+        """Return the names of the cameras, as `render` takes them."""
         return tuple(self._raw[0].camera(i).name for i in range(self._raw[0].ncam))
 
     def check_cameras(self, names: Iterable[str]) -> None:
-        """Raise CaregiverError unless there are cameras of these names."""
+        """Raise CaregiverError for unknown cameras."""
         there = self.camera_names()
         for name in names:
             if name not in there:
                 raise CaregiverError(f"no camera '{name}': there are {', '.join(sorted(there))}")
 
     def frames(self, overview: bool) -> dict[str, np.ndarray]:
-        """Return what the robot's `eye` sees, walls up to the ceiling, and the `overview` if that is wanted, too.
+        """Return images of the robot's `eye`, with walls up to the ceiling, and optionally of the `overview`.
 
-        They are small and without shadows, which take two thirds of the time: by name uint8 (240, 320, 3).
+        They have no shadows, which take two thirds of the time: by name, uint8 (240, 320, 3).
         """
         how: dict[str, Any] = {"eye": {"scene_callback": _raise_walls}, **({"overview": {}} if overview else {})}
         self.check_cameras(how)
@@ -176,7 +175,7 @@ class Physics(OffscreenRendering, engine.Physics):
         return self._robot.base[0].copy()
 
     def base_velocity(self) -> np.ndarray:
-        """Return its velocity in the world's axes, (3,), m/s and rad/s."""
+        """Return the velocity of the base in the world's axes, (3,), m/s and rad/s."""
         return self._robot.base[1].copy()
 
     def arm_position(self) -> np.ndarray:
@@ -188,19 +187,19 @@ class Physics(OffscreenRendering, engine.Physics):
         return self._robot.arm[1].copy()
 
     def finger_position(self) -> np.ndarray:
-        """Return how far each finger stands off the middle, (2,), m."""
+        """Return the distance of each finger from the middle, (2,), m."""
         return self._robot.fingers[0].copy()
 
     def pinch_position(self) -> np.ndarray:
-        """Return where the middle between the fingertips is, (3,), m."""
+        """Return the middle between the fingertips, (3,), m."""
         return self._robot.pinch.copy()
 
     def eye_position(self) -> np.ndarray:
-        """Return where the robot's eye is, (3,), m."""
+        """Return the position of the robot's eye, (3,), m."""
         return self._raw[1].site("robot/eye").xpos.copy()
 
     def first_hits(self, eye: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return what rays from an eye (3,) through points (n, 3) meet first: geoms (n,), or -1, and metres (n,)."""
+        """Return the first geoms hit by rays from an eye (3,) through points (n, 3), or -1, and distances, (n,), m."""
         geoms, free, rays = np.full(len(points), -1, np.int32), np.full(len(points), -1.0), points - eye
         if len(points):
             rays /= np.linalg.norm(rays, axis=1, keepdims=True)
@@ -210,7 +209,7 @@ class Physics(OffscreenRendering, engine.Physics):
         return geoms, np.where(geoms < 0, np.inf, free)
 
     def is_gripping(self) -> bool:
-        """Return whether the fingers are as close together as round the thickest thing on a table, or closer."""
+        """Return whether the fingers are at most as far apart as round the thickest thing on a table."""
         left, right = self._robot.fingers[0].tolist()
         return left + right < 2 * self._loose
 
@@ -219,7 +218,7 @@ class Physics(OffscreenRendering, engine.Physics):
         return self._toddler_positions.copy()
 
     def toddler_velocities(self) -> np.ndarray:
-        """Return their velocities, (children, 3), m/s and rad/s."""
+        """Return the velocity of every child, (children, 3), m/s and rad/s."""
         return self._toddler_velocities.copy()
 
     def toddler_position(self, child: int = 0) -> np.ndarray:
@@ -236,40 +235,40 @@ class Physics(OffscreenRendering, engine.Physics):
         return 1.0 - 2.0 * (x * x + y * y)
 
     def thing_positions(self) -> np.ndarray:
-        """Return where each small thing is that lay on the floor at first: its foot, (things, 3), m."""
+        """Return the foot of each small thing that initially lay on the floor, (things, 3), m."""
         return self._qpos[self._thing_rows[:, :3]]
 
     def robot_touches_thing(self, index: int) -> bool:
-        """Return whether the robot touches one of them."""
+        """Return whether the robot touches a small thing."""
         model, data = self._raw
         pairs = data.contact.geom[(model.geom_bodyid[data.contact.geom] == self._thing_bodies[index]).any(axis=1)]
         return any(model.geom(int(geom)).name.startswith("robot/") for geom in pairs.flat)
 
     def gate_positions(self) -> np.ndarray:
-        """Return how far each gate stands open, (gates,), radians."""
+        """Return the opening angle of each gate, (gates,), rad."""
         return self._qpos[self._hinges]
 
     def panel_positions(self) -> np.ndarray:
-        """Return where the middle of each gate's panel is, (gates, 3), m."""
+        """Return the middle of each gate's panel, (gates, 3), m."""
         return self._raw[1].geom_xpos[self._panels]
 
     def gates_latched(self) -> list[bool]:
-        """Return whether each gate is closed, and its bolt has sprung out behind the keeper."""
+        """Return whether each gate is closed with its bolt behind the keeper."""
         q = self._qpos
         return [bool(q[hinge] < layout.GATE_SHUT and q[bolt] < _SPRUNG) for hinge, bolt in self._latches]
 
     def action_spec(self) -> specs.BoundedArray:
-        """Return what an action is made of, see `RobotBody.action_spec`; of nothing where there is no robot."""
+        """Return the specification of actions, see `RobotBody.action_spec`; it is empty without a robot."""
         return self._robot.action_spec() if self.has_robot else specs.BoundedArray((0,), float, [], [], name="")
 
     # -- Writing ---------------------------------------------------------------------------------
 
     def set_action(self, action: np.ndarray, seconds: float = 0.0) -> None:
-        """Set what the robot's actuators shall do until the next action.
+        """Set the commands of the robot's actuators until the next action.
 
         Args:
-            action: As in `action_spec`, (0,) where there is no robot.
-            seconds: Until the next action, see `TargetRamp`; by default they do it at once.
+            action: As in `action_spec`, (0,) without a robot.
+            seconds: Time until the next action, see `TargetRamp`; by default the commands apply at once.
 
         Raises:
             CaregiverError: The action has another shape, or a value that is not finite.
@@ -295,14 +294,14 @@ class Physics(OffscreenRendering, engine.Physics):
         sway: Vector = (0.0, 0.0),
         force: Vector = (0.0, 0.0),
     ) -> None:
-        """Move a child to where its walk has got to. That is all there is to a kinematic one.
+        """Move a child to the position of its walk; the other arguments are for compliant children.
 
         Args:
-            walk: How it walks.
+            walk: Its walk.
             child: Its number.
-            lean: How far its body is from there, x and y, m.
-            sway: How fast its body moves beside the walk's velocity, m/s.
-            force: What pulls its body back until this is called again, N.
+            lean: Displacement of its body from the walk, x and y, m.
+            sway: Velocity of its body relative to the walk, m/s.
+            force: Force on its body until the next call, N.
         """
         position, velocity, pull = self._toddlers[child]
         (x, y), (vx, vy) = walk.position, walk.velocity
@@ -311,32 +310,32 @@ class Physics(OffscreenRendering, engine.Physics):
         pull[0], pull[1] = force
 
     def soften_toddlers(self, time_constant: float, damping_ratio: float) -> None:
-        """Have all contacts of children be as soft as that, see MuJoCo's `solref`."""
+        """Set the softness of all contacts of children, see MuJoCo's `solref`."""
         for geom in self.touch_reader.bodies:
             self.model.geom_solref[geom] = time_constant, damping_ratio
-            self.model.geom_priority[geom] = 1  # no matter how hard the other one is
+            self.model.geom_priority[geom] = 1  # overrides the other geom's softness
 
     def set_robot(self, base: np.ndarray, arm: np.ndarray | None = None) -> None:
-        """Put the robot somewhere, its hand open: base pose (3,) and arm joints (joints,), tucked if not given."""
+        """Place the robot with an open hand: base pose (3,) and arm joints (joints,), tucked by default."""
         self._robot.place(base, arm)
 
     def set_candle(self, index: int, position: np.ndarray, yaw: float) -> None:
-        """Stand a candle somewhere, for the start of an episode."""
+        """Place a candle upright, at the start of an episode."""
         self._qpos[self._candle_rows[index]] = [*position, math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)]
 
     def set_thing(self, index: int, place: Sequence[float], yaw: float = 0.0) -> None:
-        """Lay a small thing somewhere, at rest: at the start of an episode, or when a child has taken it."""
+        """Place a small thing at rest: at the start of an episode, or when a child has taken it."""
         self._qpos[self._thing_rows[index]] = [*place, math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)]
         self._thing_velocities[index][:] = 0.0
 
     def set_gates(self, angle: float = layout.GATE_OPEN) -> None:
-        """Have all gates stand open, for the start of an episode: radians."""
+        """Set the opening angle of all gates, rad, at the start of an episode."""
         self._qpos[self._hinges] = angle
 
     # -- Stepping --------------------------------------------------------------------------------
 
     def step(self, nstep: int = 1) -> None:
-        """Advance the simulation, and keep the children's contacts of every physics step in `touches`."""
+        """Advance the simulation, and store the children's contacts of every physics step in `touches`."""
         (model, data), reader, robot = self._raw, self.touch_reader, self._robot
         self.touches = []
         warnings = self._warnings.tolist()
@@ -346,14 +345,14 @@ class Physics(OffscreenRendering, engine.Physics):
             mujoco.mj_step(model, data)
             if reader.is_any():
                 self.touches += reader.read()
-        # dm_control's check at every step would take 7 % of the closed loop's time, so it is only asked to report.
+        # dm_control's check at every step takes 7 % of the closed loop's time, so it runs only after a warning.
         if self._warnings.tolist() != warnings:
             with self.check_invalid_state():
                 self._warnings_before[:] = warnings
 
 
 def _raise_walls(physics: engine.Physics, scene: wrapper.MjvScene) -> None:
-    """Have a scene's walls go up to the ceiling."""
+    """Raise a scene's walls to the ceiling."""
     paint, cap = (physics.model.name2id(name, "material") for name in ("paint", "cap"))
     for geom in scene.geoms:
         if geom.matid == paint:
@@ -363,11 +362,11 @@ def _raise_walls(physics: engine.Physics, scene: wrapper.MjvScene) -> None:
 
 
 def compile_house(spec: mujoco.MjSpec) -> mujoco.MjModel:
-    """Compile the scene of a house, and set what depends on its size or what a scene cannot say."""
+    """Compile the scene of a house, and set options that depend on its size or that MJCF lacks."""
     model = spec.compile()
     for number in map(model.numeric, range(model.nnumeric)):
         thing, _, field = number.name.rpartition("/")
-        if field == "dof_length":  # how still it must be, as it turns, to fall asleep: its model says so
+        if field == "dof_length":  # length scale of rotations in MuJoCo's sleep criterion, given by the thing's model
             first = model.joint(f"{thing}/joint").dofadr[0] + 3
             model.dof_length[first : first + 3] = number.data
     if model.nv > _DENSE:
@@ -376,7 +375,7 @@ def compile_house(spec: mujoco.MjSpec) -> mujoco.MjModel:
 
 
 def _free_things(model: mujoco.MjModel, where: Where) -> tuple[tuple[HazardKind, ...], np.ndarray]:
-    """Return the kinds of the free things in one place of the plan, and where in qpos their poses are, (n, 7)."""
+    """Return the kinds of the free things in one place of the plan, and the indices of their poses in qpos, (n, 7)."""
     names = [model.joint(i).name for i in range(model.njnt)]
     counts = [(kind, sum(name.startswith(f"{kind}_") for name in names)) for kind in kinds_at(where)]
     first = [model.joint(f"{kind}_{i}/joint").qposadr[0] for kind, count in counts for i in range(count)]

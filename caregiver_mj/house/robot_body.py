@@ -1,4 +1,4 @@
-"""The robot in the simulation of the house: where its joints are, and what its actuators are told."""
+"""The robot in the simulation of the house: its joints and actuators."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ class RobotBody:
     """The robot's joints and actuators, as views of the simulation's state.
 
     Attributes:
-        embodiment: Which robot it is.
+        embodiment: The robot.
         base: Positions x, y (m) and yaw (rad) of the base, and their rates, (3,) each.
         arm: Positions and velocities of the arm's joints, (joints,) each, rad.
-        fingers: How far each finger stands off the middle, and how fast that changes, (2,) each, m.
+        fingers: Distances of the fingers from the middle, m, and their rates, m/s, (2,) each.
         wheels: Headings of the wheels in the base, and their rates, (4,) each, rad.
         base_body: Number of the base's body.
-        base_drives: Velocities that the base's actuators are told, (3,), m/s and rad/s.
-        ramp: What its actuators are told from physics step to physics step.
-        pinch: Where the middle between the fingertips is, (3,), m.
+        base_drives: Commanded velocities of the base, (3,), m/s and rad/s.
+        ramp: Interpolates the commands from physics step to physics step.
+        pinch: Middle between the fingertips, (3,), m.
     """
 
     def __init__(self, embodiment: Embodiment, model: mujoco.MjModel, data: mujoco.MjData):
@@ -43,14 +43,14 @@ class RobotBody:
         self.base_body = int(model.joint(f"robot/{names.base[-1]}").bodyid[0])
         self._lowest, self._highest = model.actuator_ctrlrange.T.copy()
         self._targets, self.ramp = np.empty_like(data.ctrl), TargetRamp(data.ctrl)
-        self._source = np.empty(embodiment.actuators.size, int)  # of each actuator: which number of an action it gets
+        self._source = np.empty(embodiment.actuators.size, int)  # index into an action for each actuator
         for part in ("base", "arm", "gripper"):
             self._source[getattr(embodiment.actuators, part)] = np.r_[getattr(embodiment.layout, part)]
 
     def action_spec(self) -> specs.BoundedArray:
         """Return the specification of base velocities (m/s, rad/s), arm joint (rad) and gripper targets (m)."""
         layout, actuators = self.embodiment.layout, self.embodiment.actuators
-        driven = np.empty(layout.size, int)  # by each number of an action; of the two fingers the left one
+        driven = np.empty(layout.size, int)  # actuator of each number of an action; of the fingers the left one
         driven[layout.base], driven[layout.arm] = np.r_[actuators.base], np.r_[actuators.arm]
         driven[layout.gripper] = actuators.gripper.start
         names = [self._model.actuator(int(i)).name.removeprefix("robot/") for i in driven]
@@ -59,16 +59,16 @@ class RobotBody:
         return specs.BoundedArray((layout.size,), float, low, high, name="\t".join(names))
 
     def set_action(self, action: np.ndarray, steps: int = 1) -> None:
-        """Set the actuators' targets by an action laid out as the robot's; both fingers get the gripper's value.
+        """Set the actuators' targets, to be reached in some physics steps, see `TargetRamp`.
 
-        They are reached in some physics steps, see `TargetRamp`.
+        Both fingers get the gripper's value.
         """
-        action.take(self._source, out=self._targets, mode="clip")  # without a mode it would take a copy first
-        # The simulation would clamp them as well, but only after the way to them.
+        action.take(self._source, out=self._targets, mode="clip")  # the default mode would copy
+        # The simulation would clamp the controls, but the ramp needs clamped targets.
         np.maximum(self._targets, self._lowest, out=self._targets)
         np.minimum(self._targets, self._highest, out=self._targets)
         self.ramp.lead_to(self._targets, steps)
-        # The wheels turn to where the base moves. They bear no load.
+        # The wheels, which bear no load, turn in the direction of motion.
         x, y, turn = self.base[1].tolist()
         yaw = float(self.base[0][2])
         c, s = math.cos(yaw), math.sin(yaw)
@@ -76,7 +76,7 @@ class RobotBody:
         self.wheels[1][:] = self.embodiment.wheels.steer(headings, c * x + s * y, c * y - s * x, turn)
 
     def place(self, base: np.ndarray, arm: np.ndarray | None = None) -> None:
-        """Put the robot somewhere, its hand open: base pose (3,) and arm joints (joints,), tucked if not given."""
+        """Place the robot with an open hand: base pose (3,) and arm joints (joints,), tucked by default."""
         self.base[0][:], self.fingers[0][:] = base, self.embodiment.grasp.open
         self.arm[0][:] = arm_of(self.embodiment).tucked if arm is None else arm
         actuators = self.embodiment.actuators
@@ -86,35 +86,34 @@ class RobotBody:
 
 
 def joint_views(model: mujoco.MjModel, data: mujoco.MjData, joints: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions and velocities of scalar joints that follow one another, as views of the simulation's state."""
+    """Return positions and velocities of consecutive scalar joints, as views of the simulation's state."""
     first = model.joint(joints[0])
     q, v = int(first.qposadr[0]), int(first.dofadr[0])
     return data.qpos[q : q + len(joints)], data.qvel[v : v + len(joints)]
 
 
 class TargetRamp:
-    """What actuators are told at every physics step, from targets that come more seldom.
+    """Interpolates commands at every physics step between rarer targets, like the controllers of real drives.
 
-    As the controllers of real drives do, which interpolate between the positions that they are sent. A straight line
-    from one target to the next has corners, and a servo jolts at each; so the line is averaged over as many steps as
-    there are between two targets, and its slope changes evenly. That is later than the line by half as many steps but
-    one half, and after the last step the targets are reached in as many more.
+    A straight line from one target to the next has corners, at which a servo jolts. The ramp is the moving average of
+    that line over the steps between two targets, so that its slope changes linearly. With n steps between targets it
+    lags by (n - 1) / 2 steps, and reaches the last targets after n more.
     """
 
     def __init__(self, controls: np.ndarray):
-        self._controls = controls  # what they are told now, (actuators,): the simulation's own array, which it writes
+        self._controls = controls  # present commands, (actuators,): the simulation's own array
         self._last, self._next, self._way, self._slope, self._bend = np.zeros((5, len(controls)))
         self.rest()
 
     def rest(self) -> None:
-        """Begin anew, with what the actuators are told now."""
+        """Restart at the present commands."""
         self._last[:] = self._next[:] = self._controls
         self._way[:] = 0.0
         self._steps, self._left = 1, 0
 
     @property
     def state(self) -> RampState:
-        """All that it goes on from, besides the controls: for a copy of it, which is set to the same."""
+        """Its state besides the controls, for a copy."""
         return np.array([self._last, self._next, self._way, self._slope, self._bend]), self._steps, self._left
 
     @state.setter
@@ -123,7 +122,7 @@ class TargetRamp:
         self._last[:], self._next[:], self._way[:], self._slope[:], self._bend[:] = rows
 
     def lead_to(self, targets: np.ndarray, steps: int) -> None:
-        """Set the next targets, (actuators,), to be in force for so many steps; at once for one."""
+        """Set the next targets, (actuators,), for a number of steps; for one step they apply at once."""
         if steps == 1:
             self._controls[:] = targets
             self.rest()
@@ -133,11 +132,11 @@ class TargetRamp:
         self._begin(steps)
 
     def advance(self) -> None:
-        """Go on by one physics step: call before every one."""
+        """Advance; call before every physics step."""
         if self._left == 0:
             if not self._way.any():
                 return
-            self._last[:] = self._next  # nothing new has come: get there
+            self._last[:] = self._next  # no new targets: finish
             self._begin(self._steps)
         self._left -= 1
         self._slope += self._bend
@@ -146,7 +145,7 @@ class TargetRamp:
     def _begin(self, steps: int) -> None:
         """Begin the line from the last targets to the next ones."""
         self._steps = self._left = steps
-        # Where the mean has got to on the line before; not from where it is, so that no rounding adds up.
+        # The mean at the end of the previous line, computed exactly so that rounding does not accumulate.
         np.multiply(self._way, -(steps - 1) / (2 * steps), out=self._controls)
         self._controls += self._last
         np.divide(self._way, steps, out=self._slope)

@@ -1,4 +1,4 @@
-"""How well observations show what there is in the house: errors, gaps and delay. All of it is off by default."""
+"""Sensing: errors, gaps and delay of observations in the house, all off by default."""
 
 from __future__ import annotations
 
@@ -15,48 +15,46 @@ from caregiver_mj.errors import CaregiverError, check_number
 from caregiver_mj.plans import layout
 from caregiver_mj.robot.view import loose, off_table
 
-LONGEST_DELAY = 1.0  # seconds
-_OFTENEST = 0.95  # probability of a gap, at most
-KINDS = ("candle", "child", "base")  # of what is seen
+LONGEST_DELAY = 1.0  # s
+_OFTENEST = 0.95  # greatest probability of a gap
+KINDS = ("candle", "child", "base")  # of observed things
 Observation = Mapping[str, np.ndarray]
-_OFF_FLOOR = 0.2  # metres above the floor from which on a candle is lifted, where there is no table
+_OFF_FLOOR = 0.2  # m above the floor; a higher candle beside tables counts as lifted
 
 
 @dataclasses.dataclass(frozen=True)
 class Blur:
-    """Errors in which one kind of thing is seen, normally distributed.
+    """Normally distributed errors of one kind of thing.
 
-    White errors are drawn at every control timestep. Lasting ones belong to a sighting: those of the base and of a
-    child last for the episode, and those of a candle until it is lifted, set down, or let go.
+    White errors are drawn at every control timestep. Lasting errors of the base and of a child last for the episode,
+    those of a candle until it is lifted, set down, or released.
     """
 
-    noise: float = 0.0  # white error of the position, one sigma along each axis, metres
-    bias: float = 0.0  # lasting error of the position, one sigma along each axis, metres
-    turn_noise: float = 0.0  # white error of the heading, of a candle about each axis, one sigma, radians
-    turn_bias: float = 0.0  # lasting error of the heading, one sigma, radians
+    noise: float = 0.0  # m; white error of the position, one sigma along each axis
+    bias: float = 0.0  # m; lasting error of the position, one sigma along each axis
+    turn_noise: float = 0.0  # rad; white error of the heading, of a candle about each axis, one sigma
+    turn_bias: float = 0.0  # rad; lasting error of the heading, one sigma
     # white error of the velocity, one sigma, m/s, and of the rate of turning, rad/s; not of candles
     velocity_noise: float = 0.0
-    # probability that it is not seen in a control timestep, so that what was seen last is shown again
-    dropout: float = 0.0
+    dropout: float = 0.0  # probability per control timestep that the last value is repeated
 
 
 @dataclasses.dataclass(frozen=True)
 class Sensing:
-    """How well a task's observations show what there is."""
+    """Errors, gaps and delay of a task's observations."""
 
-    candle: Blur = Blur()  # errors in which candles are seen, and small things
-    child: Blur = Blur()  # errors in which children are seen
-    base: Blur = Blur()  # errors in which the robot knows where its base is
-    # how old all that is, and what is known of arm and fingers, seconds; in whole control timesteps, rounded up. The
-    # clock is the robot's own
+    candle: Blur = Blur()  # errors of candles and small things
+    child: Blur = Blur()  # errors of children
+    base: Blur = Blur()  # errors of the robot's base
+    # s; delay of all observations except the clock, rounded up to whole control timesteps
     delay: float = 0.0
 
     @classmethod
     def of(cls, value: Sensing | Mapping[str, Any] | None) -> Sensing:
-        """Make sensing of what people write: None for exact, or a dictionary such as `{"candle": {"noise": 0.01}}`.
+        """Make sensing from None, for exact observations, or a dictionary such as `{"candle": {"noise": 0.01}}`.
 
         Raises:
-            CaregiverError: A name is unknown, or a number out of range.
+            CaregiverError: A name is unknown, or a number is out of range.
         """
         sensing = value if isinstance(value, cls) else cls(**_known("sensing", cls, {} if value is None else value))
         candle, child, base = (_blur(name, getattr(sensing, name)) for name in KINDS)
@@ -65,11 +63,11 @@ class Sensing:
 
     @property
     def is_exact(self) -> bool:
-        """Whether observations show everything as it is now."""
+        """Whether observations have neither errors nor delay."""
         return self == Sensing()
 
     def delay_steps(self, control_timestep: float) -> int:
-        """Return the delay in control timesteps of some seconds."""
+        """Return the delay in control timesteps."""
         return -int(-(self.delay / control_timestep - 1e-6) // 1) if self.delay else 0
 
 
@@ -84,7 +82,7 @@ def _blur(kind: str, value: Blur | Mapping[str, Any]) -> Blur:
 
 
 def _known(what: str, cls: type, value: Any) -> Mapping[str, Any]:
-    """A dictionary, or CaregiverError unless it is one all of whose keys are fields of a class."""
+    """Return a dictionary; raise CaregiverError unless all its keys are fields of a class."""
     if not isinstance(value, Mapping):
         raise CaregiverError(f"{what} must be a {cls.__name__} or a dictionary, got {value!r}")
     names = [field.name for field in dataclasses.fields(cls)]
@@ -95,7 +93,7 @@ def _known(what: str, cls: type, value: Any) -> Mapping[str, Any]:
 
 
 class _Eye:
-    """The sight of all things of one kind.
+    """The errors of all things of one kind.
 
     Attributes:
         bias: Lasting errors, (things, axes).
@@ -106,24 +104,24 @@ class _Eye:
         places = axes - turns
         self._white = np.array([blur.noise] * places + [blur.turn_noise] * turns)
         self._lasting = np.array([blur.bias] * places + [blur.turn_bias] * turns)
-        self._last: np.ndarray | None = None  # of each thing, NaN for what has not been seen yet
+        self._last: np.ndarray | None = None  # last values of each thing, NaN at first
         self.bias: np.ndarray
 
     def see_anew(self, things: int, which: np.ndarray | None = None) -> None:
-        """Draw lasting errors, of all things or of some (things,)."""
+        """Draw lasting errors of all things, or of some, bool (things,)."""
         drawn = self._random.normal(size=(things, len(self._lasting))) * self._lasting
         self.bias = drawn if which is None else np.where(which[:, None], drawn, self.bias)
 
     def noise(self) -> np.ndarray:
-        """White errors of this moment, (things, axes)."""
+        """Return white errors, (things, axes)."""
         return self._random.normal(size=self.bias.shape) * self._white
 
     def velocity_noise(self) -> np.ndarray:
-        """White errors of velocities, (things, axes)."""
+        """Return white errors of velocities, (things, axes)."""
         return self._random.normal(size=self.bias.shape) * self._blur.velocity_noise
 
     def show(self, seen: np.ndarray, in_sight: np.ndarray | None = None) -> np.ndarray:
-        """What is seen (things, numbers), of each thing that is not what was seen last; 0 of those out of sight."""
+        """Return values (things, numbers) with gaps filled by the last ones; 0 for things out of view."""
         if self._last is None:
             self._last = np.full_like(seen, np.nan)
         gone = self._random.random(len(seen)) < self._blur.dropout
@@ -134,16 +132,16 @@ class _Eye:
 
 
 class Sensor:
-    """Makes observations as they are perceived of exact ones."""
+    """Turns exact observations into perceived ones."""
 
     def __init__(self, sensing: Sensing, control_timestep: float, tables: np.ndarray, things: Sequence[layout.Thing]):
         self.sensing = sensing
         self._loose, self._off_table = loose(things), off_table(things)
-        self._tables = tables  # their rectangles and the heights of their tops, (tables, 5), metres
+        self._tables = tables  # rectangles and heights of their tops, (tables, 5), m
         self._queue: collections.deque[dict[str, np.ndarray]] = collections.deque(
             maxlen=sensing.delay_steps(control_timestep) + 1
         )
-        self._step: int | None = None  # of the last observation; None before an episode
+        self._step: int | None = None  # number of the last observation's step; None before an episode
 
     def reset(self, seed: int) -> None:
         """Begin an episode, all of whose errors come from a seed."""
@@ -155,14 +153,11 @@ class Sensor:
         self._eyes["thing"] = _Eye(sensing.candle, 3, 0, [seed, len(KINDS)])
         self._queue.clear()
         self._step = -1
-        # Which candles are lifted, and whether the hand has closed.
+        # Whether each candle is lifted, and whether the hand is closed.
         self._situation: tuple[np.ndarray, bool] | None = None
 
     def sense(self, step: int, exact: Observation) -> dict[str, np.ndarray]:
-        """Return what is perceived at a control timestep, counted from 0, of what there is, by the observation's keys.
-
-        It is the same however often it is asked for.
-        """
+        """Return the perceived observation at a control timestep, from 0; repeated calls return the same."""
         if self._step is None:
             return dict(exact)
         if step != self._step:
@@ -191,7 +186,7 @@ class Sensor:
         seen[f"{name}_position"], seen[f"{name}_velocity"] = shown[..., :3], shown[..., 3:]
 
     def _look_at_things(self, seen: dict[str, np.ndarray]) -> None:
-        """Blur where small things are, like candles, with one sighting for the episode."""
+        """Blur the positions of small things, with lasting errors for the episode."""
         eye, positions = self._eyes["thing"], seen["battery_position"]
         if self._step == 0:
             eye.see_anew(len(positions))
@@ -217,7 +212,7 @@ class Sensor:
         seen["candle_position"], seen["candle_orientation"] = shown[:, :3], shown[:, 3:]
 
     def _note(self, eye: _Eye, lifted: np.ndarray, closed: bool) -> None:
-        """Begin new sightings: of candles that are lifted or set down, and of all when the hand opens again."""
+        """Draw new lasting errors of candles that are lifted or set down, and of all when the hand opens."""
         before, self._situation = self._situation, (lifted, closed)
         if before is None:
             eye.see_anew(len(lifted))
@@ -226,7 +221,7 @@ class Sensor:
 
 
 def _turned(quaternion: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-    """A quaternion (4,), turned in the house by a rotation vector (3,) in radians."""
+    """Return a quaternion (4,) rotated in the house by a rotation vector (3,), rad."""
     by, turned = np.empty(4), np.empty(4)
     angle = math.hypot(*rotation.tolist())
     mujoco.mju_axisAngle2Quat(by, rotation / angle if angle else np.array([0.0, 0.0, 1.0]), angle)

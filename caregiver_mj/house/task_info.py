@@ -1,4 +1,4 @@
-"""What a policy may know of a task beside its observations: the whole contract between the two."""
+"""The information that a task gives to policies beside observations: the whole contract between the two."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from caregiver_mj.robot.embodiment import Embodiment
 
 @dataclasses.dataclass(frozen=True)
 class TaskInfo:
-    """What a policy may know of a task beside its observations."""
+    """The information for policies beside observations."""
 
     plan: FloorPlan  # the house
-    family: ChildGroup  # who the children are
-    embodiment: Embodiment | None  # the robot; None if there is none
-    sensing: Sensing  # how well observations show what there is
-    sight: Sight  # which children they show
-    novice_timestep: float  # seconds of a novice timestep
-    # how high the tables' tops are, (tables,), metres, if observations show it; else None
+    family: ChildGroup  # the specification of the children
+    embodiment: Embodiment | None  # the robot, if any
+    sensing: Sensing  # errors, gaps and delay of observations
+    sight: Sight  # which children observations show
+    novice_timestep: float  # s
+    # m; heights of the tables' tops, (tables,), if observations show them; else None
     table_heights: np.ndarray | None
-    # from an observation to what the task asks for; None if it leaves that to the caregiver
+    # returns the order in an observation; None if the task leaves the choice to the caregiver
     orders: Callable[[Mapping[str, np.ndarray]], Intervention | None] | None
-    caregiver_seed: int  # this episode's seed for a caregiver that draws lots
-    starting_tables: tuple[int, ...]  # index of the table on which each candle stood when this episode began
+    caregiver_seed: int  # seed of this episode for a random caregiver
+    starting_tables: tuple[int, ...]  # index of each candle's table at the start of this episode
     truth: Callable[[], Truth]  # hidden state, for a `PrivilegedCaregiver` only

@@ -1,4 +1,4 @@
-"""What the children touch: their contacts, read from the simulation and named after the floor plan."""
+"""Contacts of the children, read from the simulation and named after the floor plan."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from caregiver_mj.plans.hazards import KINDS, Where, kinds_at
 from caregiver_mj.recording.contacts import Touch
 
 _OPENINGS = tuple(kind.name for kind in kinds_at(Where.OPENING))
-# What the robot may push onto a child, or hold.
+# Things that the robot may hold, or push onto a child.
 _MOVABLE = ("panel", *(kind.name for where in (Where.ON_TABLE, Where.FLOOR) for kind in kinds_at(where)))
-_NUMBERED = ("bin", *(kind.name for kind in KINDS))  # kinds of things that stand several times in a house
+_NUMBERED = ("bin", *(kind.name for kind in KINDS))  # kinds of which a house may have several
 
 
 class TouchReader:
@@ -23,8 +23,8 @@ class TouchReader:
 
     Attributes:
         bodies: Geoms of the children.
-        robot: The robot that they may touch, if there is one.
-        is_any: Tells whether there is any contact worth reading.
+        robot: The robot, if any.
+        is_any: Returns whether there is any contact to read.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, children: int):
@@ -37,8 +37,8 @@ class TouchReader:
         self._of_body = model.geom_bodyid.tolist()
         self._jacobian, self._row, self._solved = (np.empty((rows, model.nv)) for rows in (3, 1, 1))
         first = model.sensor(_sensor(0)).adr[0]
-        found = data.sensordata[first : first + children]  # how many contacts each child has
-        self.is_any = found.item if children == 1 else found.any  # the same of one, and quicker
+        found = data.sensordata[first : first + children]  # number of contacts of each child
+        self.is_any = found.item if children == 1 else found.any  # `item` is faster
 
     @staticmethod
     def add_sensors(spec: mujoco.MjSpec, children: int) -> None:
@@ -49,7 +49,7 @@ class TouchReader:
                 type=mujoco.mjtSensor.mjSENS_CONTACT,
                 objtype=mujoco.mjtObj.mjOBJ_GEOM,
                 objname=f"{child_prefix(k)}body",
-                intprm=[1, 0, 1],  # report how many contacts are found
+                intprm=[1, 0, 1],  # report the number of contacts
             )
 
     def read(self) -> list[Touch]:
@@ -63,12 +63,12 @@ class TouchReader:
         return touches
 
     def _touch(self, number: int, child: int, other: int, towards: float) -> Touch:
-        """A contact by its number, that of a child with another geom; times `towards`, its normal points to that."""
+        """Return a child's contact with another geom, by number; its normal times `towards` points to that geom."""
         contact, data = self._data.contact, self._data
         kind, index = self._things[other]
         normal = towards * contact.frame[number, :3]
         length = math.hypot(normal[0], normal[1])
-        # From above or below, it is in nobody's way.
+        # A vertical contact has no direction on the floor.
         direction = (float(normal[0] / length), float(normal[1] / length)) if length > 1e-6 else (0.0, 0.0)
         time, part = float(data.time), self._part_behind(other)
         if not part and kind != "panel":
@@ -100,7 +100,7 @@ class TouchReader:
         )
 
     def _part_behind(self, geom: int) -> str:
-        """The part of the robot that a geom is of, or that touches the thing that it is of."""
+        """Return the part of the robot that a geom belongs to, or that touches the geom's thing."""
         if self._parts[geom] or self._things[geom][0] not in _MOVABLE:
             return self._parts[geom]
         of_body, body = self._of_body, self._of_body[geom]
@@ -113,49 +113,49 @@ class TouchReader:
     def reduced_mass(self, child: int, geom: int, point: np.ndarray, normal: np.ndarray) -> float:
         """Return the reduced mass 1 / (1 / m_H + 1 / m_R) of a child and the robot, kg.
 
-        That is the mass of ISO/TS 15066:2016, annex A.3.4, whose kinetic energy at their relative speed can go over in
-        a contact. For m_H the child's whole body is taken, since the masses of its parts are not known. For m_R the
-        annex estimates half of the moving masses and the payload, which is meant for an arm on a fixed foot. Here it is
-        the robot's effective mass along the contact, 1 / (n^T J M^-1 J^T n) (Khatib, Int. J. Robotics Research 14,
-        1995), of MuJoCo's mass matrix M with the rotors' inertias: 20 to 120 kg at the base, 3 to 9 kg at the palm. It
-        knows no stops of joints, so a finger that is pushed along its slide is as heavy as itself; and the thing in
-        the hand is left out.
+        This is the mass of ISO/TS 15066:2016, annex A.3.4, whose kinetic energy at their relative speed a contact can
+        transfer. m_H is the child's whole body, because the masses of its parts are not known. For m_R the annex
+        estimates half of the moving masses and the payload, for an arm on a fixed base. Here it is the robot's
+        effective mass along the contact, 1 / (n^T J M^-1 J^T n) (Khatib, Int. J. Robotics Research 14, 1995), with
+        MuJoCo's mass matrix M including the rotors' inertias: 20 to 120 kg at the base, 3 to 9 kg at the palm. It
+        ignores joint limits, so a finger that is pushed along its slide counts with its own mass only, and the thing in
+        the hand.
 
         Args:
             child: The child's number.
             geom: Geom of the robot.
-            point: Where they touch, (3,), m.
+            point: Place of the contact, (3,), m.
             normal: Unit vector between the two, (3,).
         """
         model, data, row, solved = self._model, self._data, self._row, self._solved
         mujoco.mj_jac(model, data, self._jacobian, None, point, self._of_body[geom])
-        mujoco.mju_mulMatTVec(row[0], self._jacobian, normal)  # by MuJoCo all of it, see `_dot`
+        mujoco.mju_mulMatTVec(row[0], self._jacobian, normal)  # by MuJoCo, see `_dot`
         mujoco.mj_solveM(model, data, solved, row)
         body = self._of_body[self.bodies[child]]
         return 1.0 / (1.0 / float(model.body_mass[body]) + float(mujoco.mju_dot(row[0], solved[0])))
 
 
 def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """The cross product of two vectors (3,), as `numpy.cross`, which takes 25 times as long."""
+    """Return the cross product of two vectors (3,), 25 times as fast as `numpy.cross`."""
     product = np.empty(3)
     mujoco.mju_cross(product, one, other)
     return product
 
 
 def _dot(one: np.ndarray, other: np.ndarray) -> float:
-    """The scalar product of two vectors (3,): by MuJoCo, for BLAS gives other last digits on other processors."""
+    """Return the scalar product of two vectors (3,), by MuJoCo because BLAS rounds differently on other processors."""
     return float(mujoco.mju_dot3(one, other))
 
 
 def _on_child(surface: np.ndarray, normal: np.ndarray) -> float:
-    """How fast a surface with a velocity (3,) moves towards a child, from which a normal points to it, and along it."""
+    """Return the speed of a surface with a velocity (3,) towards and along a child, whose normal points to it."""
     speed = -_dot(surface, normal)
     along = math.sqrt(max(0.0, _dot(surface, surface) - speed * speed))
     return math.hypot(along, max(0.0, speed))
 
 
 def _robot_parts(model: mujoco.MjModel) -> list[str]:
-    """Which part of the robot each geom is of, "base" or "arm"; "" if of none."""
+    """Return the part of the robot that each geom belongs to: "base", "arm" or ""."""
     names = (model.geom(i).name for i in range(model.ngeom))
     welded = model.body_weldid[model.geom_bodyid].tolist()  # a tray, or an arm's foot, is a part of the base
     bodies = (model.body(body).name for body in welded)
@@ -170,7 +170,7 @@ def _sensor(child: int) -> str:
 
 
 def _thing_of(geom: str) -> tuple[str, int]:
-    """What a geom stands for, by its name in the scene (see `caregiver_mj.house.scene`)."""
+    """Return kind and number of a geom's thing, from its name in the scene (see `caregiver_mj.house.scene`)."""
     owner, _, part = geom.partition("/")
     kind, _, number = owner.rpartition("_")
     if kind in _OPENINGS and part == "panel":
