@@ -1,6 +1,6 @@
-"""Writes the tables of the documentation that are made of the code, each where a page has a place for it.
+"""Write the generated tables of the documentation into their pages.
 
-A place is from `<!-- scripts/tables.py: NAME -->` to `<!-- end -->`; NAME is one of `TABLES`.
+The place of a table is from `<!-- scripts/tables.py: NAME -->` to `<!-- end -->`; NAME is one of `TABLES`.
 """
 
 from __future__ import annotations
@@ -33,25 +33,25 @@ _PLACE = re.compile(r"(<!-- scripts/tables\.py: (\w+) -->\n).*?(<!-- end -->)", 
 _HOUSE = "paper"
 _TARGETS = "caregiver_mj/Supervise-Targets-v0"
 _OBSERVED_OF_TARGETS = {
-    "clock": "share of the episode that is over",
+    "clock": "elapsed share of the episode",
     "child_position": "row and column of each child's cell, as shares of the house's",
-    "child_move": "its last move, north, east, south or west, one-hot; all 0 where it made none",
-    "caregiver_position": "row and column of the caregiver's cell, likewise",
-    "hazard_damage": "what a collision with each hazard costs, over the greatest cost there is",
+    "child_move": "its last move, north, east, south or west, one-hot; all 0 for none",
+    "caregiver_position": "row and column of the caregiver's cell, as shares of the house's",
+    "hazard_damage": "damage of a collision with each hazard, over the greatest damage",
     "hazard_nearness_to_child": "1 over the moves until each child would run into each hazard; 0 if it cannot",
-    "hazard_nearness_to_caregiver": "1 over one more than the caregiver's moves to where it does something about it",
+    "hazard_nearness_to_caregiver": "1 over one more than the caregiver's moves to its place of action",
     "holding": "the candle in its hand, one-hot",
-    "under_way": "the action that it is carrying out, one-hot",
-    "action_mask": "which actions do something",
+    "under_way": "the present action, one-hot",
+    "action_mask": "whether each action has an effect",
     "map": "the house from above, north up: planes, rows, columns",
-    "nodes": "what the planes have in each cell that is not wall, in reading order",
-    "node_mask": "which of the nodes there are",
-    "edges": "two nodes each, by their numbers: edge 4 n + a is what move a leads to from node n, or back from there",
+    "nodes": "values of the planes in each cell that is not wall, in reading order",
+    "node_mask": "whether each node exists",
+    "edges": "pairs of node numbers: edge 4 n + a leads from node n to the target of move a, or back",
 }
 
 
 def table(titles: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
-    """A table in Markdown."""
+    """Return a table in Markdown."""
     lines = [titles, ["---"] * len(titles), *rows]
     return "\n".join("| " + " | ".join(str(cell).replace("|", "\\|") for cell in line) + " |" for line in lines)
 
@@ -62,28 +62,28 @@ def _environment(name: str, **kwargs: str) -> gymnasium.Env:
 
 
 def _of_task(task: str) -> gymnasium.Env:
-    """The environment of a task, which has that of dm_control within."""
+    """Return the Gymnasium environment of a task."""
     return _environment(TASKS[task].id)
 
 
 def observation() -> str:
-    """What the tasks show, with the shapes that it has in a house, and the bounds that Gymnasium's have there."""
+    """Return the observations of the tasks, with shapes in a house, and Gymnasium's bounds there."""
     spaces = {key: box for name in reversed(TASKS) for key, box in _of_task(name).observation_space.items()}
     rows = []
     shown = {key: (name, seen) for name in TASKS for key, seen in TASKS[name].find_kind().observed.items()}
     for key, (name, seen) in sorted(shown.items(), key=lambda one: one[0] not in OBSERVED):
         shape, bounds = "", ""
-        if (box := spaces.pop(key, None)) is not None:  # else it is only there if it is asked for
+        if (box := spaces.pop(key, None)) is not None:  # else it is optional
             shape, bounds = box.shape, f"{box.low.min():.4g} to {box.high.max():.4g}"
         of = "" if key in OBSERVED else f" (`{name}` only)"
         rows.append([f"`{key}`", seen.shape, shape, seen.unit, bounds, seen.meaning + of])
     if spaces:
-        raise ValueError(f"tasks.base does not say what {', '.join(spaces)} is")
+        raise ValueError(f"tasks.base must describe {', '.join(spaces)}")
     return table(["key", "shape", f"in `{_HOUSE}`", "unit", "within, in Gymnasium", "is"], rows)
 
 
 def action() -> str:
-    """What an action is made of, robot by robot."""
+    """Return the components of an action, for each robot."""
     return "\n\n".join(map(_action_of, EMBODIMENTS))
 
 
@@ -99,16 +99,16 @@ def _action_of(robot: str) -> str:
 
 
 def _value_of(layout: CommandLayout, number: int, name: str) -> tuple[str, str]:
-    """The unit of a value of an action, and what it is."""
+    """Return unit and meaning of a component of an action."""
     if number in range(layout.size)[layout.base]:
         return ("rad/s", "rate of turning") if "yaw" in name else ("m/s", "velocity in the house's axes")
     if number in range(layout.size)[layout.gripper]:
-        return "m", "how far each finger shall stand off the middle"
-    return "rad", "where the joint shall go"
+        return "m", "target distance of each finger from the middle"
+    return "rad", "target angle of the joint"
 
 
 def environments() -> str:
-    """A section for each environment: its film, what it asks for, facts and scores."""
+    """Return a section for each environment, with film, purpose, facts and scores."""
     return "\n\n".join(_section(*one) for one in gallery.ENTRIES.items())
 
 
@@ -154,7 +154,7 @@ def _section(name: str, entry: gallery.Entry) -> str:
 
 
 def _scores(name: str, entry: gallery.Entry) -> str:
-    """What policies came to in an environment: means, and the least and the most; so few allow no interval."""
+    """Return the scores of policies in an environment: means, least and greatest; intervals need more episodes."""
     titles = {"return": "return", "cost": "cost", "strikes": "of which strikes"}
     if entry.policies == gallery.GOAL:
         titles["reached"] = "goal reached"
@@ -170,11 +170,11 @@ def _scores(name: str, entry: gallery.Entry) -> str:
 
 
 def targets() -> str:
-    """What the environments of targets show."""
+    """Return the observations of the environments of targets."""
     spaces = {
         kind: gymnasium.make(_TARGETS, house=_HOUSE, observation=kind).observation_space
         for kind in OBSERVATIONS
-        if kind != "flat"  # which is the numbers
+        if kind != "flat"
     }
     rows = []
     for key, meaning in _OBSERVED_OF_TARGETS.items():
@@ -184,18 +184,18 @@ def targets() -> str:
 
 
 def columns() -> str:
-    """The columns of `episodes.parquet`."""
+    """Return the columns of `episodes.parquet`."""
     rows = [(f"`{one.name}`", one.unit, one.meaning + f" ({one.world} only)" * bool(one.world)) for one in COLUMNS]
     return table(["column", "unit", "is"], rows)
 
 
 def options() -> str:
-    """Every option of every command."""
+    """Return every option of every command."""
     return "\n\n".join(map(_options_of, _commands(make_parser())))
 
 
 def _commands(parser: argparse.ArgumentParser) -> Iterator[argparse.ArgumentParser]:
-    """The parsers of the commands that can be given, in their order."""
+    """Yield the parsers of all commands, in order."""
     below = [one for one in parser._actions if isinstance(one, argparse._SubParsersAction)]
     if not below:
         yield parser
@@ -214,7 +214,7 @@ def _options_of(parser: argparse.ArgumentParser) -> str:
 
 
 def _value(one: argparse.Action) -> str:
-    """What follows an option, or stands for an argument."""
+    """Return the placeholder of an option's value, or of an argument."""
     if one.nargs == 0:
         return ""
     return (one.metavar or "|".join(map(str, one.choices or [one.dest.upper()]))) + (" ..." if one.nargs else "")
@@ -235,12 +235,12 @@ TABLES: dict[str, Callable[[], str]] = {
 
 
 def filled(text: str) -> str:
-    """A page with its tables as they are now."""
+    """Return a page with current tables."""
     return _PLACE.sub(lambda place: f"{place[1]}\n{TABLES[place[2]]()}\n\n{place[3]}", text)
 
 
 def main() -> None:
-    """Write them all."""
+    """Write all tables."""
     for page in PAGES:
         text = page.read_text("utf-8")
         if (made := filled(text)) != text:

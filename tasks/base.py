@@ -57,21 +57,25 @@ OBSERVED = {
     "toddler_position": Observed(_OF_EACH_CHILD, "m, m, rad", "x, y and yaw of each child", "pose"),
     "toddler_velocity": Observed(_OF_EACH_CHILD, "m/s, m/s, rad/s", "their rates", "rates"),
     "toddler_seen": Observed(
-        "(children,)", "", "1 for a child that is seen, or felt, else 0, and all else of it 0, too", "share", True
+        "(children,)", "", "1 for a child that is seen or felt; 0 for others, whose values are all 0", "share", True
     ),
     "cell_seen": Observed(
-        "(free cells, 5)", "", "1 where a child would be seen: in its middle, and .3 of it to each side", "share", True
+        "(free cells, 5)",
+        "",
+        "1 if a child would be seen: in a cell's middle, and .3 of it to each side",
+        "share",
+        True,
     ),
     "candle_position": Observed("(candles, 3)", "m", "x, y and height of each candle's foot", "place"),
-    "candle_orientation": Observed("(candles, 4)", "", "of each candle, a quaternion (w, x, y, z)", "quaternion"),
+    "candle_orientation": Observed("(candles, 4)", "", "quaternion (w, x, y, z) of each candle", "quaternion"),
     "battery_position": Observed("(batteries, 3)", "m", "x, y and height of each battery's foot", "place", True),
-    "gate_position": Observed("(gates,)", "rad", "how far each gate stands open; 0 is closed", "gate", True),
+    "gate_position": Observed("(gates,)", "rad", "opening angle of each gate; 0 is closed", "gate", True),
     "base_position": Observed("(3,)", "m, m, rad", "x, y and yaw of the robot's base", "pose"),
     "base_velocity": Observed("(3,)", "m/s, m/s, rad/s", "their rates", "rates"),
     "arm_position": Observed("(joints,)", "rad", "the arm's joints from the shoulder on", "arm"),
     "arm_velocity": Observed("(joints,)", "rad/s", "their rates", "arm speed"),
-    "finger_position": Observed("(2,)", "m", "how far each finger stands off the middle", "fingers"),
-    "table_height": Observed("(tables,)", "m", "how high each table is, if that is asked for", "height", asked=True),
+    "finger_position": Observed("(2,)", "m", "distance of each finger from the middle", "fingers"),
+    "table_height": Observed("(tables,)", "m", "height of each table, if requested", "height", asked=True),
 }
 
 

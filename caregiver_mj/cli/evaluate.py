@@ -48,8 +48,7 @@ def add_evaluate(command: argparse.ArgumentParser) -> None:
         nargs="+",
         default=EPSILONS,
         metavar="E[,E...]",
-        help="share of random moves, one value or more; a list such as 1,.25 is of children that are in the house "
-        "together",
+        help="share of random moves, one value or more; a list such as 1,.25 is for children in the same house",
     )
     parsing.add_children(command)
     parsing.add_embodiment(command)

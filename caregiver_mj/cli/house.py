@@ -24,12 +24,12 @@ _STYLES = {WALL: "white on grey30", FREE: "grey50", BIN: "bold white on green4"}
 _COUNTS = {  # options of `house make`
     "rooms": "number of rooms, a corridor included",
     "stairwells": "number of stairwells",
-    "candles": "how many tables with a candle",
-    "tables": "how many bare tables",
-    "bins": "how many toy bins",
-    "gates": "how many stairwells more, with an open gate",
-    "mugs": "how many tables more, with a mug",
-    "batteries": "how many small objects on the floor",
+    "candles": "number of tables with a candle",
+    "tables": "number of bare tables",
+    "bins": "number of toy bins",
+    "gates": "number of further stairwells, with an open gate",
+    "mugs": "number of further tables, with a mug",
+    "batteries": "number of small objects on the floor",
 }
 _MOST_PROBLEMS = 20  # that `house check` prints for a file
 
@@ -48,7 +48,7 @@ def add_house(house: argparse.ArgumentParser) -> None:
     command = plans.add_parser("make", help=text, description=text)
     command.set_defaults(run=_make)
     parsing.add_seed(command)
-    command.add_argument("--shape", metavar="NAME", help=f"a house of another shape: {', '.join(SHAPES)}")
+    command.add_argument("--shape", metavar="NAME", help=f"house of a special shape: {', '.join(SHAPES)}")
     command.add_argument("--home", action="store_true", help="draw gates, mugs and batteries, too")
     command.add_argument("--size", metavar="WxH", help="columns and rows, outer walls included")
     for name, what in _COUNTS.items():
@@ -62,9 +62,9 @@ def add_house(house: argparse.ArgumentParser) -> None:
         "--out",
         required=True,
         metavar="FILE",
-        help="new file: .xml, with pictures of the floors beside it, or .mjb, for this version of MuJoCo only",
+        help="new file: .xml, with images of the floors beside it, or .mjb, for this version of MuJoCo only",
     )
-    command.add_argument("--robot", metavar="NAME", help=f"a robot in it: {', '.join(EMBODIMENTS)}, or module:object")
+    command.add_argument("--robot", metavar="NAME", help=f"robot in it: {', '.join(EMBODIMENTS)}, or module:object")
 
 
 def _show(arguments: argparse.Namespace) -> None:

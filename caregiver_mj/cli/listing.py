@@ -69,8 +69,8 @@ _LISTS: dict[str, Callable[[], dict[str, str]]] = {
 def add_list(command: argparse.ArgumentParser) -> None:
     """Add the options of `list`."""
     command.set_defaults(run=_run)
-    command.description = "Print the names that the other commands take, with a line on each; other packages' too."
-    command.add_argument("what", choices=[*_LISTS], help="names of what")
+    command.description = "Print the names that other commands take, with a line on each, including other packages'."
+    command.add_argument("what", choices=[*_LISTS], help="kind of names")
     command.add_argument("--json", action="store_true", help="print an object from name to line")
 
 

@@ -39,7 +39,7 @@ def _add_damage(command: argparse.ArgumentParser) -> None:
         "--damage",
         default=str(DamageWeights()),
         metavar="KIND=D,...",
-        help=f"what a collision costs, of {', '.join(DamageWeights())}: stairwell=5,mug=5, or 5:4:1 of the first three",
+        help=f"damage of collisions with {', '.join(DamageWeights())}: stairwell=5,mug=5, or 5:4:1 for the first three",
     )
 
 
@@ -78,7 +78,7 @@ def add_who(command: argparse.ArgumentParser, others: str = "") -> None:
         "--epsilon",
         default="0.5",
         metavar="E[,E...]",
-        help="share of random moves; of several children one each, such as 1,.25",
+        help="share of random moves; for several children one each, such as 1,.25",
     )
     add_children(command)
     command.add_argument("--caregiver", default=CAREGIVER, metavar="NAME", help=f"{others}{caregivers()}")
@@ -114,20 +114,20 @@ def add_sight(command: argparse.ArgumentParser) -> None:
 
 def add_queries(command: argparse.ArgumentParser) -> None:
     """Add the options for remote caregivers, for `read_queries`."""
-    usual, until = Queries(), "of the run, also when it is resumed; then they abstain"
-    command.add_argument("--base-url", metavar="URL", help="where chat:MODEL is; its key is in OPENAI_API_KEY")
+    usual, until = Queries(), "of the run and its resumptions, after which they abstain"
+    command.add_argument("--base-url", metavar="URL", help="address of chat:MODEL; its key is in OPENAI_API_KEY")
     command.add_argument("--max-calls", type=int, metavar="N", help=f"requests to models and servers {until}")
     command.add_argument("--max-tokens", type=int, metavar="N", help=f"tokens of models {until}")
     command.add_argument(
-        "--patience", type=float, default=usual.patience, metavar="S", help="seconds for an answer of theirs"
+        "--patience", type=float, default=usual.patience, metavar="S", help="seconds for an answer of a model or server"
     )
     command.add_argument(
         "--thinking",
         choices=(WAITS, REAL_TIME),
         default=usual.thinking,
-        help="whether time waits until models and servers answer (default), or goes on",
+        help="whether simulated time waits for answers of models and servers (default), or continues",
     )
-    command.add_argument("--frames", action="store_true", help="models and servers get pictures of the house, too")
+    command.add_argument("--frames", action="store_true", help="send images of the house to models and servers, too")
 
 
 def read_queries(arguments: argparse.Namespace, folder: str | os.PathLike[str] = "") -> Queries:
@@ -158,7 +158,7 @@ def caregivers() -> str:
     )
 
 
-def add_seed(command: argparse.ArgumentParser, text: str = "all chance comes from it") -> None:
+def add_seed(command: argparse.ArgumentParser, text: str = "seed of all randomness") -> None:
     """Add the option for the seed, with a help text."""
     command.add_argument("--seed", type=int, default=0, help=text)
 
@@ -202,14 +202,13 @@ def add_children(command: argparse.ArgumentParser) -> None:
         "--children",
         type=int,
         metavar="K",
-        help="number of children: a single epsilon is then that of each, and a list must have K",
+        help="number of children: a single epsilon then applies to each, and a list must have K",
     )
     command.add_argument(
         "--child",
         default=NOVICE,
         metavar="NAME",
-        help=f"what decides a child's moves, where --epsilon has no name before it: "
-        f"{' '.join(CHILDREN)}, or yours as module:object",
+        help=f"behaviour of children without a name in --epsilon: {' '.join(CHILDREN)}, or yours as module:object",
     )
 
 
@@ -243,7 +242,7 @@ def read_family(epsilon: str, arguments: argparse.Namespace) -> ChildGroup:
 
 def add_answers(command: argparse.ArgumentParser, does: str) -> None:
     """Add the options for a replay, for `read_answers`; `does` is the verb of the help text."""
-    command.add_argument("--answers", metavar="DIR", help=f"a run of one house, to {does} what --caregiver did in it")
+    command.add_argument("--answers", metavar="DIR", help=f"run of one house, to {does} what --caregiver did in it")
     add_trust(command)
 
 
@@ -252,7 +251,7 @@ def add_trust(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--trust",
         action="store_true",
-        help="run what the files name beside the package's own and installed plug-ins: module:object, servers",
+        help="also run code that the files name outside the package and installed plug-ins: module:object, servers",
     )
 
 

@@ -36,27 +36,27 @@ def add_record(command: argparse.ArgumentParser) -> None:
     """Add the options of `record`."""
     command.set_defaults(run=_run)
     command.description = (
-        "Run episodes, and write them step by step: observations, actions, reward, cost, interventions, and what "
-        "cameras see, as a Minari or a LeRobot data set. Episode i is that of `evaluate` with the same seed, house, "
-        "children and caregiver; of targets only as long as those do not change within a novice timestep."
+        "Run episodes, and write observations, actions, reward, cost, interventions and camera images of every step as "
+        "a Minari or a LeRobot data set. Episode i is that of `evaluate` with the same seed, house, children and "
+        "caregiver; with targets only as long as those do not change within a novice timestep."
     )
-    command.add_argument("--format", choices=FORMATS, required=True, help="whose data set it shall be")
-    command.add_argument("--task", default="supervise", help=f"{', '.join(TASKS)}, or {TARGETS}: interventions alone")
+    command.add_argument("--format", choices=FORMATS, required=True, help="format of the data set")
+    command.add_argument("--task", default="supervise", help=f"{', '.join(TASKS)}, or {TARGETS}: interventions only")
     command.add_argument("--world", choices=("house", "grid"), default="house", help="the grid has targets only")
     parsing.add_who(command, f"who acts: {RANDOM}, ")
     parsing.add_seed(command)
     parsing.add_queries(command)
     command.add_argument("--episodes", type=int, default=10, metavar="N", help="number of episodes")
     command.add_argument(
-        "--seconds", type=float, metavar="S", help="length of an episode at most (default: the task's)"
+        "--seconds", type=float, metavar="S", help="greatest length of an episode (default: the task's)"
     )
     command.add_argument(
         "--camera", nargs="+", default=[], metavar="NAME", help=f"cameras to record: {', '.join(CAMERAS)}"
     )
-    command.add_argument("--size", default="128x96", metavar="WxH", help="size of their pictures, pixels")
+    command.add_argument("--size", default="128x96", metavar="WxH", help="size of their images, in pixels")
     command.add_argument("--jobs", type=int, default=1, metavar="N", help="number of worker processes")
     command.add_argument(
-        "--out", required=True, metavar="DIR", help="folder of the LeRobot data set, or of all of Minari's"
+        "--out", required=True, metavar="DIR", help="folder of the LeRobot data set, or of all Minari data sets"
     )
     command.add_argument("--name", help="name of a Minari data set, as GROUP/NAME-v0 (default: from the settings)")
     command.add_argument("--resume", action="store_true", help="continue an interrupted recording")

@@ -59,7 +59,7 @@ def add_report(command: argparse.ArgumentParser) -> None:
         "folders",
         nargs="+",
         metavar="DIR",
-        help="folder of a run; more, of other worlds or houses, are shown beside it",
+        help="folder of a run; further ones, of other worlds or houses, are shown beside it",
     )
     film = command.add_mutually_exclusive_group()
     film.add_argument("--video", metavar="FILE.mp4", help="film to show (default: the first in a DIR)")
@@ -77,7 +77,7 @@ def add_compare(command: argparse.ArgumentParser) -> None:
         nargs="+",
         default=(),
         metavar="NAME",
-        help="caregiver in the first run, and in the second if it is another",
+        help="caregiver in the first run, and in the second if different",
     )
     command.add_argument("--json", action="store_true", help="print the table as JSON only")
 
@@ -97,9 +97,9 @@ def add_submit(command: argparse.ArgumentParser) -> None:
     command.set_defaults(run=_submit)
     command.add_argument("folder", metavar="DIR", help="folder of the run")
     command.add_argument("--out", required=True, metavar="FILE.submission", help="new file to write")
-    command.add_argument("--title", default="", metavar="TEXT", help="what it is to be called")
-    command.add_argument("--authors", default="", metavar="TEXT", help="whose it is")
-    command.add_argument("--notes", default="", metavar="TEXT", help="what there is to know about it")
+    command.add_argument("--title", default="", metavar="TEXT", help="title of the submission")
+    command.add_argument("--authors", default="", metavar="TEXT", help="its authors")
+    command.add_argument("--notes", default="", metavar="TEXT", help="further notes")
 
 
 def add_verify(command: argparse.ArgumentParser) -> None:

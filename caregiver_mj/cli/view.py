@@ -38,22 +38,22 @@ def add_render(command: argparse.ArgumentParser) -> None:
     """Add the options of `render`."""
     command.set_defaults(run=_render)
     command.description = (
-        "Film an episode of the run that `evaluate` does with the same seed, children and caregiver; or of a finished "
-        "one, without asking its caregiver again."
+        "Film an episode of the run that `evaluate` does with the same seed, children and caregiver; or replay one of "
+        "a finished run, without its caregiver."
     )
     command.add_argument("--task", default="supervise", help=f"the task: {', '.join(TASKS)}")
     parsing.add_who(command)
     parsing.add_episode(command)
     parsing.add_queries(command)
     parsing.add_answers(command, "film")
-    command.add_argument("--seconds", type=float, default=30.0, help="length of the film at most")
+    command.add_argument("--seconds", type=float, default=30.0, help="greatest length of the film")
     command.add_argument(
         "--overlay",
         choices=OVERLAYS,
-        help="drawn on the floor: where the caregiver predicts the child soon, and what may hurt it",
+        help="drawn on the floor: the predicted places of the child, and the hazards to it",
     )
     command.add_argument("--out", required=True, metavar="FILE.mp4", help="film to write")
-    command.add_argument("--still", metavar="FILE.png", help="picture to write of a telling moment")
+    command.add_argument("--still", metavar="FILE.png", help="image to write of a telling moment")
 
 
 def add_view(command: argparse.ArgumentParser) -> None:
@@ -66,15 +66,15 @@ def add_view(command: argparse.ArgumentParser) -> None:
     parsing.add_who(command, f"who acts: {_PLAYERS}, who play with the keys that are shown, ")
     parsing.add_episode(command)
     parsing.add_queries(command)
-    command.add_argument("--out", metavar="DIR", help=f"run to keep the episodes of a {_PLAYERS} in")
-    command.add_argument("--speed", type=float, default=1.0, help="simulated seconds a second")
+    command.add_argument("--out", metavar="DIR", help=f"folder of a run, to keep the episodes of a {_PLAYERS}")
+    command.add_argument("--speed", type=float, default=1.0, help="simulated seconds per second")
     command.add_argument("--paused", action="store_true", help="begin paused")
     command.add_argument("--web", action="store_true", help="show it in a browser (needs the extra `web`)")
     command.add_argument("--host", default="127.0.0.1", metavar="ADDRESS", help="address to serve it at")
-    command.add_argument("--port", type=int, default=8080, help="port to serve it at, 0 for any that is free")
-    command.add_argument("--rate", type=float, default=20.0, metavar="N", help="updates of the page a second")
+    command.add_argument("--port", type=int, default=8080, help="port to serve it at, 0 for any free one")
+    command.add_argument("--rate", type=float, default=20.0, metavar="N", help="updates of the page per second")
     command.add_argument(
-        "--plain", action="store_true", help="no shadows in the browser: quicker without a graphics card"
+        "--plain", action="store_true", help="no shadows in the browser: faster without a graphics card"
     )
 
 
