@@ -26,11 +26,11 @@ from caregiver_mj.children.child_group import ChildGroup, side_by_side
 from caregiver_mj.envs.target_grid import GridTargetsVector, TargetGrid
 from caregiver_mj.experiments.blocks import run_block
 from caregiver_mj.experiments.settings import EPSILONS, Settings
-from caregiver_mj.experiments.spec import FLOOR, episode_seed
+from caregiver_mj.experiments.spec import BARE_TABLES, episode_seed
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.sets import house_set
 
-SCRIPTED = ("none", "nearest", "paper", "foresight", "knows-goal", FLOOR)
+SCRIPTED = ("none", "nearest", "paper", "foresight", "knows-goal", BARE_TABLES)
 RULE = "paper, once"
 SLOTS = (4, 5)  # stairwells and candles that a policy has places for: the most in train-100 and test-100
 

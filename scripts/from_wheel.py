@@ -1,7 +1,7 @@
-"""Installs the wheel as a new user would, and does what a new user does.
+"""Install the wheel in a fresh environment, and test it as a new user would.
 
-A fresh virtual environment gets the wheel alone, and each part that needs an extra must say in one line which; then it
-gets the extras, and `tests/test_from_wheel.py` is run with it. Takes what pip takes and a minute more.
+A fresh virtual environment gets the wheel alone, and each part that needs an extra must name it in one line. Then it
+gets the extras, and runs `tests/test_from_wheel.py`. This takes a minute beside pip.
 """
 
 import argparse
@@ -17,7 +17,7 @@ sys.path.insert(0, str(ROOT / "tests"))
 from wheels import build_wheel  # noqa: E402
 
 GRID = ["evaluate", "--world", "grid", "--epsilon", "1", "--episodes", "1"]
-WITHOUT = {  # commands, and which extra they must ask for
+WITHOUT = {  # commands that need an extra, by extra
     "dask": [*GRID, "--executor", "dask", "--scheduler", "tcp://127.0.0.1:9"],
     "gym": ["record", "--format", "lerobot", "--out", "data"],
     "web": ["view", "--web"],
@@ -47,24 +47,24 @@ def main():
 
 
 def install(python, *what):
-    """Has pip install something, in the versions of `constraints.txt`."""
+    """Install packages by pip, in the versions of `constraints.txt`."""
     pip = [python, "-m", "pip", "install", "-qq", "--disable-pip-version-check"]
     subprocess.run([*pip, *what, "-c", ROOT / "constraints.txt"], check=True)
 
 
 def look_without_dm_control(python, home):
-    """Runs the house, which must say what brings dm_control where pip alone does not: from Python 3.13 on."""
+    """Run the house, which must say how to install dm_control if pip alone does not, from Python 3.13 on."""
     if subprocess.run([python, "-c", "import dm_control"], cwd=home, capture_output=True, check=False).returncode:
         command = [python.parent / "caregiver-mj", "evaluate", "--world", "house"]
         found = subprocess.run(command, cwd=home, capture_output=True, text=True, check=False)
         (line,) = found.stderr.splitlines()
         if found.returncode != 2 or "pip install --no-deps dm_control==" not in line:
-            sys.exit(f"the house does not say what brings dm_control, but: {found.stderr}")
+            sys.exit(f"the house does not say how to install dm_control, but: {found.stderr}")
         print(line)
 
 
 def look_without_extras(python, home):
-    """Runs what needs no extra, and what says which one it needs."""
+    """Run a command without extras, and commands that must name their extra."""
     command = python.parent / "caregiver-mj"
     subprocess.run([command, *GRID], cwd=home, check=True, capture_output=True)
     for extra, argv in WITHOUT.items():

@@ -1,11 +1,10 @@
-"""Films every environment, and scores policies in it: pictures and numbers of docs/guide/environments.md.
+"""Film every environment, and score policies in it, for docs/guide/environments.md.
 
     python scripts/gallery.py films [--only NAME ...]
     python scripts/gallery.py scores [--only NAME ...]
 
-They go to docs/environments, from where scripts/tables.py takes the scores into the page. These are of one episode in
-each of some houses to learn in, with the seeds that `evaluate` gives its episodes. Episodes that are there are not run
-again.
+The results go to docs/environments; scripts/tables.py copies the scores into the page. Scores are of one episode in
+each of some training houses, with the seeds of `evaluate`. Finished episodes are not repeated.
 """
 
 from __future__ import annotations
@@ -35,10 +34,10 @@ from studies.gif import HOUSE, write
 
 FOLDER = pathlib.Path(__file__).parents[1] / "docs/environments"
 SCORES = FOLDER / "scores.csv"
-SIZE, CAPTION = (320, 240), 18  # pixels; of the height, what is for words
-PICTURES = 70  # of a film
-REACHED = 0.99  # from this reward at the end on a task with a goal is done
-SET = "train-4"  # the houses of the scores
+SIZE, CAPTION = (320, 240), 18  # pixels; size of an image, and height of its caption
+PICTURES = 70  # frames of a film
+REACHED = 0.99  # final reward at which a task with a goal counts as done
+SET = "train-4"  # houses of the scores
 
 
 @dataclasses.dataclass(frozen=True)
@@ -48,9 +47,9 @@ class Entry:
     Attributes:
         id: Its name.
         kwargs: Further arguments of `gymnasium.make`.
-        policies: Who is scored: "random", "zero", or caregivers, the last of whom is filmed.
-        every: Control timesteps, or in the grid novice timesteps, from picture to picture.
-        times: How often each picture is shown.
+        policies: Policies to score: "random", "zero", or caregivers, the last of which is filmed.
+        every: Control timesteps, or in the grid novice timesteps, from frame to frame.
+        times: Number of times that each frame is shown.
     """
 
     id: str
@@ -60,7 +59,7 @@ class Entry:
     times: int = 1
 
     def make(self, house: str | FloorPlan, **options: Any) -> Any:
-        """Make it."""
+        """Make the environment."""
         return gymnasium.make(self.id, house=house, **self.kwargs, **options).unwrapped
 
 
@@ -79,7 +78,7 @@ ENTRIES = {
 
 
 class Zero(Actor):
-    """Gives zeros, as near to them as bounds allow."""
+    """Returns zeros, clipped to the bounds."""
 
     def __init__(self, env: Any):
         space = env.action_space
@@ -91,7 +90,7 @@ class Zero(Actor):
 
 
 def make_actor(name: str, env: Any) -> Actor:
-    """Make who acts in an environment, before it begins an episode."""
+    """Make an actor of an environment."""
     if name in (others := {"random": RandomActor, "zero": Zero}):
         return others[name](env)
     return (TargetCaregiver if isinstance(env, TargetsEnv) else HouseCaregiver)(env, name, 0)
@@ -101,11 +100,11 @@ def make_actor(name: str, env: Any) -> Actor:
 
 
 def film(entry: Entry) -> Iterator[Image.Image]:
-    """The beginning of an episode, and what it is about."""
+    """Yield frames of the beginning of an episode, with its target."""
     width, height = SIZE
     env = entry.make(HOUSE, render_mode="rgb_array", width=width, height=height - CAPTION)
     actor, taken, steps, about = make_actor(entry.policies[-1], env), list[Image.Image](), itertools.count(), NOTHING
-    stage, hazards = house_of(env) or env, FloorPlan.load(HOUSE).hazards  # what makes the steps that are counted
+    stage, hazards = house_of(env) or env, FloorPlan.load(HOUSE).hazards  # the environment whose steps are counted
     step = stage.step
 
     def look_on(action: Any) -> Any:
@@ -132,7 +131,7 @@ def film(entry: Entry) -> Iterator[Image.Image]:
 
 
 def score(entry: Entry, policy: str, number: int, house: FloorPlan) -> dict[str, Any]:
-    """Run the episode of a number in a house, and say what came of it."""
+    """Run the episode with a number in a house, and return its results."""
     env, seed = entry.make(house), episode_seed(0, number)
     actor = make_actor(policy, env)
     env.reset(seed=seed)
@@ -148,7 +147,7 @@ def score(entry: Entry, policy: str, number: int, house: FloorPlan) -> dict[str,
 
 
 def score_all(names: list[str]) -> None:
-    """Score policies in environments, house by house, and keep a row for each episode; those that are there stay."""
+    """Score policies in environments, house by house, and add a row for each missing episode."""
     rows = read_scores()
     done = {(row["environment"], row["policy"], row["house"]) for row in rows}
     for (number, house), name in itertools.product(enumerate(house_set(SET)), names):
@@ -162,7 +161,7 @@ def score_all(names: list[str]) -> None:
 
 
 def read_scores() -> list[dict[str, Any]]:
-    """The rows of all episodes that there are."""
+    """Return the rows of all finished episodes."""
     return [*csv.DictReader(SCORES.read_text("utf-8").splitlines())] if SCORES.exists() else []
 
 

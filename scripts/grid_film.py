@@ -1,8 +1,7 @@
-"""Films the beginning of an episode in the grid, from above, as a GIF: the one that `evaluate` runs with that seed.
+"""Film the beginning of an episode of `evaluate` in the grid, from above, as a GIF.
 
-It needs nothing of the package that has changed lately, so that it also films with an older one. With `--sight` it
-shows what the caregiver sees in the light, where it believes that a child may be in red, and a child that it
-does not see as a ring.
+It uses only stable parts of the package, so that it also runs with older versions. With `--sight` it shows the cells in
+view lighter, the belief about a child in red, and an unseen child as a ring.
 """
 
 from __future__ import annotations
@@ -23,14 +22,14 @@ from caregiver_mj.viz import colours
 from caregiver_mj.viz.hud.chart import GroundPlan
 
 CELL, PAD, CAPTION = 26, 8, 26  # pixels
-MILLISECONDS = 160  # of a picture: the child's move, then each action of the caregiver
+MILLISECONDS = 160  # of a frame; there is one for the child's move and for each action of the caregiver
 
 
 class Film:
-    """Pictures of an episode."""
+    """Frames of an episode."""
 
     def __init__(self, plan: FloorPlan):
-        """Draw what stands still."""
+        """Draw the background."""
         rows, columns = plan.shape
         self._size = columns * CELL + 2 * PAD, rows * CELL + 2 * PAD
         self._ground = GroundPlan(plan, CELL, PAD)
@@ -38,7 +37,7 @@ class Film:
         self.pictures: list[Image.Image] = []
 
     def add(self, world: GridWorld) -> None:
-        """Draw a moment of the only episode of a world."""
+        """Draw the present moment of a world with one episode."""
         plan, drawn = world.plan, self._still.copy()
         eyes, seen = getattr(world, "eyes", None), True
         if eyes:
@@ -95,7 +94,7 @@ class Filmed(GridWorld):
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Film, write the picture, and print what is done until then."""
+    """Film an episode, write the GIF, and print the damage."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("house", help="a name or a file")
     parser.add_argument("out", type=pathlib.Path, metavar="FILE.gif")

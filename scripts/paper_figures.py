@@ -1,4 +1,4 @@
-"""Draws the figures that docs/what_keeps_a_child_safe.md alone has, from the tables of other pages."""
+"""Draw the figures of docs/what_keeps_a_child_safe.md from the tables of other pages."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _COLOURS = {"alone": unit(ALONE), "expected-danger": unit(GUARDED), "foresight":
 
 
 def read(page: str, before: str) -> Rows:
-    """The first table after some words of a page, without its marks."""
+    """Return the first table after some words of a page, without markup."""
     text = (DOCS / page).read_text("utf-8").partition(before)[2]
     lines = text[text.index("\n|") :].lstrip().partition("\n\n")[0].splitlines()
     titles, _, *rows = ([re.sub("[`*]", "", cell).strip() for cell in line.split("|")[1:-1]] for line in lines)
@@ -31,18 +31,18 @@ def read(page: str, before: str) -> Rows:
 
 
 def estimate(cell: str) -> list[float]:
-    """The value in a cell and the ends of its interval, NaN for what it has not."""
+    """Return the value in a table cell and the ends of its interval, NaN if missing."""
     found = re.findall(r"[+-]?\d+(?:\.\d+)?", cell)[:3]
     return [*map(float, found), *[np.nan] * (3 - len(found))]
 
 
 def series(label: str, cells: Sequence[str]) -> Series:
-    """What a line of a table says, for a figure."""
+    """Return a line of a table, for a figure."""
     return Series(label, *np.array([estimate(cell) for cell in cells]).T)
 
 
 def sight(left: Rows) -> Figure:
-    """Damage left by what can be seen."""
+    """Draw the damage left by sight."""
     rows = {row["sight"]: row for row in left}
     seen = {"all": "sees all", "walls": "walls hide", "camera": "camera of 90°"}
     names = ("expected-danger", "foresight", "foresight that never looks", "last-seen")
@@ -50,12 +50,12 @@ def sight(left: Rows) -> Figure:
 
 
 def learned(card: Rows, trained: Rows, now: Rows) -> Figure:
-    """Damage left by the rule, by the planner, by what has learned from it in three trainings, and by MaskablePPO."""
+    """Draw the damage left by the rule, the planner, three learned caregivers, and MaskablePPO."""
     novices = [title for title in card[0] if title.endswith("random")]
     of = {row["caregiver"]: np.array([float(row[title]) for title in novices]) for row in card}
     left = {name: damage / of["alone"] for name, damage in of.items()}
     seeds = np.array([share for name, share in left.items() if re.match(r"learned, seed", name)])
-    lines = [Series(name, *[left[name]] * 3) for name in ("rule", "foresight")]  # whose one number has no range
+    lines = [Series(name, *[left[name]] * 3) for name in ("rule", "foresight")]  # single numbers without range
     lines.append(Series("learned, three seeds", left["learned, mean"], seeds.min(axis=0), seeds.max(axis=0)))
     older, floor = ({row["caregiver"]: [*row.values()][1:] for row in rows} for rows in (trained, now))
     lines.append(series("MaskablePPO", older["MaskablePPO"]))
@@ -65,7 +65,7 @@ def learned(card: Rows, trained: Rows, now: Rows) -> Figure:
 
 
 def gates(kinds: Rows, worth: Rows) -> Figure:
-    """Damage in homes by what does it, and how much more there is where no gate is closed."""
+    """Draw the damage in homes by kind of hazard, and the increase without closing gates."""
     figure, (left, right) = _pair(HEIGHT, width_ratios=(5, 2))
     bars, means = {}, {row["caregiver"]: [float(cell) for cell in [*row.values()][1:]] for row in kinds}
     for number, (name, colour) in enumerate(_COLOURS.items()):
@@ -83,7 +83,7 @@ def gates(kinds: Rows, worth: Rows) -> Figure:
 
 
 def physics(shapes: Rows) -> Figure:
-    """Damage in grid and house by the shape of the house, and their ratio."""
+    """Draw the damage in grid and house by the shape of the house, and their ratio."""
     figure, (left, right) = _pair(1.3 * HEIGHT, "x", sharey=True)
     places = {shape: place for place, shape in enumerate(dict.fromkeys(row["shape"] for row in shapes))}
     keys = {}
@@ -110,7 +110,7 @@ def _pair(height: float, grid: str = "y", **how: Any) -> tuple[Figure, Sequence[
 
 
 def _mark(axes: Axes, place: float, cell: str, name: str, across: bool = False) -> None:
-    """A value with its interval, upright or across; dotted all the way where nothing bounds it."""
+    """Draw a value with its interval, vertical or horizontal; a dotted line if it is unbounded."""
     value, *ends = estimate(cell)
     x, y = (value, place) if across else (place, value)
     axes.plot(x, y, "o", color=_COLOURS[name], zorder=3)
@@ -121,7 +121,7 @@ def _mark(axes: Axes, place: float, cell: str, name: str, across: bool = False) 
 
 
 _GRID = ("results/README.md", "### Damage left by each caregiver — Grid, 100 houses")
-FIGURES: dict[str, tuple[Callable[..., Figure], tuple[tuple[str, str], ...]]] = {  # what is drawn of which tables
+FIGURES: dict[str, tuple[Callable[..., Figure], tuple[tuple[str, str], ...]]] = {  # with their tables
     "safe_sight.svg": (sight, (("sight.md", "## What is left"),)),
     "safe_gates.svg": (gates, (("homes.md", "Damage per episode by kind,"), ("homes.md", "## What gates are worth"))),
     "safe_learned.svg": (learned, (("guide/training.md", "Model card"), ("learning.md", "Damage left, in"), _GRID)),
@@ -130,12 +130,12 @@ FIGURES: dict[str, tuple[Callable[..., Figure], tuple[tuple[str, str], ...]]] = 
 
 
 def tables(file: str) -> list[Rows]:
-    """The tables of which a figure is drawn, as they are now."""
+    """Return the present tables of a figure."""
     return [read(*where) for where in FIGURES[file][1]]
 
 
 def main() -> None:
-    """Draws them; each says in its description of which numbers."""
+    """Draw all figures, with their numbers in their descriptions."""
     for file, (draw, _) in FIGURES.items():
         found = tables(file)
         with mpl.rc_context(STYLE):

@@ -1,7 +1,7 @@
-"""Has LeRobot's own package read what `caregiver-mj record` writes, beside the same episodes as Minari reads them.
+"""Compare LeRobot's reading of data sets of `caregiver-mj record` with Minari's reading of the same episodes.
 
-LeRobot pins other versions than ours, so it gets a virtual environment of its own, and that takes gigabytes: this is
-no test of the suite. The exit status is 1 if the two differ.
+LeRobot needs other versions of libraries, hence its own virtual environment of several gigabytes, so this is no test of
+the suite. The exit status is 1 if the two differ.
 """
 
 import argparse
@@ -17,9 +17,9 @@ import numpy as np
 LEROBOT = "lerobot==0.4.4"
 CAMERA = "wrist"
 SAID = ["--house", "paper", "--seed", "7", "--episodes", "2", "--seconds", "2", "--camera", CAMERA, "--size", "64x48"]
-PIXELS = 12  # grey values, of 255: what the films' compression may cost a picture on average
+PIXELS = 12  # grey values of 255; tolerated mean difference of an image by video compression
 
-# What runs in LeRobot's environment: it prints where it has put what it found.
+# Program for LeRobot's environment.
 READER = """
 import json, sys
 import numpy as np
@@ -45,13 +45,13 @@ def main():
 
 
 def record(folder, form, where):
-    """Records the episodes in a format, with the package of this environment."""
+    """Record the episodes in a format, with the package of this environment."""
     command = [sys.executable, "-m", "caregiver_mj", "record", "--format", form, *SAID, *where]
     subprocess.run(command, cwd=folder, check=True)
 
 
 def with_lerobot(folder):
-    """Python of a new environment with LeRobot."""
+    """Return the Python of a new environment with LeRobot."""
     subprocess.run([sys.executable, "-m", "venv", folder / "venv"], check=True)
     python = folder / "venv" / "bin" / "python"
     subprocess.run([python, "-m", "pip", "install", "-qq", "--disable-pip-version-check", LEROBOT], check=True)
@@ -59,7 +59,7 @@ def with_lerobot(folder):
 
 
 def read(python, folder):
-    """What LeRobot finds: of all, and by column."""
+    """Return LeRobot's summary and columns of the data set."""
     command = [python, "-c", READER, folder / "lerobot", folder / "columns.npz"]
     done = subprocess.run(command, cwd=folder, check=True, stdout=subprocess.PIPE, text=True)
     with np.load(folder / "columns.npz") as columns:
@@ -67,15 +67,15 @@ def read(python, folder):
 
 
 def state(episode):
-    """Observations (steps, values) that are no pictures, as one row a step; the last one belongs to no step."""
+    """Return the observations other than images, without the last, (steps, values)."""
     found = [values[:-1] for key, values in episode.observations.items() if key != CAMERA]
     return np.concatenate([values.reshape(len(values), -1) for values in found], axis=1)
 
 
 def compare(about, columns, folder):
-    """Prints what both readers found; returns 1 if that is not the same."""
+    """Print the differences of both readers; return 1 if they exceed the tolerances."""
     os.environ["MINARI_DATASETS_PATH"] = str(folder / "minari")
-    import minari  # here, for it looks for that when it is imported
+    import minari  # reads the variable on import
 
     episodes = list(minari.load_dataset("beside-v0").iterate_episodes())
     steps = [len(episode) for episode in episodes]
@@ -89,7 +89,7 @@ def compare(about, columns, folder):
     differs = about["episodes"] != len(episodes)
     for key, values in wanted.items():
         off = np.abs(columns[key].reshape(values.shape) - values).max()
-        differs |= off > 1e-5  # of numbers in single precision
+        differs |= off > 1e-5  # single precision
         print(f"{key}: {values.shape}, {off:.1e} off at most")
     pictures = np.concatenate([np.array(episode.observations[CAMERA])[:-1] for episode in episodes])
     seen = 255 * columns[f"observation.images.{CAMERA}"].transpose(0, 2, 3, 1)

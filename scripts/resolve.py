@@ -1,7 +1,7 @@
-"""Checks that pip finds a wheel of every package, all extras included, in the versions of `constraints.txt`.
+"""Check that pip finds wheels of all dependencies, including extras, in the versions of `constraints.txt`.
 
-It asks for the oldest and the newest Python that are supported, for one at hand does not tell, or for those that are
-given as arguments. It installs nothing.
+The check is for the oldest and the newest supported Python, or for the versions given as arguments. It installs
+nothing.
 """
 
 import pathlib
@@ -13,12 +13,12 @@ import tomllib
 from packaging.requirements import Requirement
 
 ROOT = pathlib.Path(__file__).parents[1]
-PYTHONS = ("3.11.2", "3.14")  # the oldest, which is Debian 12's, and the newest
-_LINES = 12  # of what pip says last
+PYTHONS = ("3.11.2", "3.14")  # the oldest, of Debian 12, and the newest
+_LINES = 12  # last lines of pip's output to print
 
 
 def requirements(python):
-    """What the package and its extras need with a version of Python; pip reads markers by the one that it runs on."""
+    """Return the requirements for a version of Python; pip itself evaluates markers for the running version."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     extras = project["optional-dependencies"].values()
     everything = map(Requirement, [*project["dependencies"], *(needed for extra in extras for needed in extra)])
@@ -28,20 +28,20 @@ def requirements(python):
 
 
 def resolve(python, constraints=ROOT / "constraints.txt", wanted=None):
-    """What pip has to say against it, for a version of Python; nothing if all is well."""
+    """Return pip's errors for a version of Python, or ""."""
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-m", "pip", "install", "--disable-pip-version-check", "--dry-run"]
         command += ["--ignore-installed", "--only-binary=:all:", "--python-version", python, "--target", folder]
         command += ["-c", str(constraints), *(wanted or requirements(python))]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
-        told = [*done.stdout.splitlines(), *done.stderr.splitlines()]
-        return "\n".join(told[-_LINES:]) if done.returncode else ""
+        lines = [*done.stdout.splitlines(), *done.stderr.splitlines()]
+        return "\n".join(lines[-_LINES:]) if done.returncode else ""
 
 
 def main():
-    failed = {python: told for python in sys.argv[1:] or PYTHONS if (told := resolve(python))}
-    for python, told in failed.items():
-        print(f"constraints.txt does not resolve on Python {python}:\n{told}", file=sys.stderr)
+    failed = {python: errors for python in sys.argv[1:] or PYTHONS if (errors := resolve(python))}
+    for python, errors in failed.items():
+        print(f"constraints.txt does not resolve on Python {python}:\n{errors}", file=sys.stderr)
     sys.exit(bool(failed))
 
 

@@ -1,4 +1,4 @@
-"""Draws docs/rooms.svg: which room of the package imports from which; or, with --sizes, prints how large all is."""
+"""Draw docs/rooms.svg, the imports between rooms of the package; or, with --sizes, print the size of its parts."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from scipy.sparse import csgraph
 ROOT = pathlib.Path(__file__).parents[1]
 PICTURE = ROOT / "docs" / "rooms.svg"
 _PACKAGE = "caregiver_mj"
-_PARTS = {  # what is counted together
+_PARTS = {  # files counted together
     "wheel": (_PACKAGE, "tasks", "models"),
     "studies": ("scripts/study.py", "scripts/studies"),
     "tests": ("tests",),
 }
 _WIDTH, _HEIGHT = 2.3, 0.62  # of a room's box, in units of the drawing
-_DOWN = 1.05  # between the middles of layers
-_ACROSS = {  # where the rooms stand in their layers: such that no arrow runs through another room
+_DOWN = 1.05  # distance between the middles of layers
+_ACROSS = {  # place of each room in its layer, such that no arrow crosses another room
     "cli": 1.6, "viz": 0.0, "experiments": 0.0, "envs": 3.0, "policy": -3.6, "tasks": -0.6,
     "house": -2.0, "grid": 2.6, "caregivers": 3.2, "interventions": 4.6, "recording": -2.0, "robot": 1.5,
     "children": -1.9, "danger": -4.0, "plans": 1.4, "registry": -3.4, "outside": 3.6, "errors": 0.6,
@@ -34,14 +34,14 @@ _ACROSS = {  # where the rooms stand in their layers: such that no arrow runs th
 
 
 def layers() -> list[list[str]]:
-    """The rooms from the top down, those beside each other together; held by import-linter."""
+    """Return the layers of rooms from the top down, from import-linter's contract."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     (contract, *_) = project["tool"]["importlinter"]["contracts"]
     return [[room.strip() for room in layer.split("|")] for layer in contract["layers"]]
 
 
 def assemble(folder: pathlib.Path) -> None:
-    """Puts the package together in a folder as it is installed, with tasks and models inside."""
+    """Assemble the package in a folder as installed, with tasks and models inside."""
     package = folder / _PACKAGE
     package.mkdir()
     for path in (*(ROOT / _PACKAGE).iterdir(), ROOT / "tasks", ROOT / "models"):
@@ -49,7 +49,7 @@ def assemble(folder: pathlib.Path) -> None:
 
 
 def graph(folder: pathlib.Path | None = None) -> grimp.ImportGraph:
-    """Who imports whom, types and functions included; of the package put together in a folder, or of this one."""
+    """Return the imports between modules, also for types and within functions, of an assembled package."""
     if folder is None:
         with tempfile.TemporaryDirectory() as own:
             assemble(pathlib.Path(own))
@@ -64,7 +64,7 @@ def graph(folder: pathlib.Path | None = None) -> grimp.ImportGraph:
 
 
 def circles(imports: grimp.ImportGraph) -> list[list[str]]:
-    """The modules that import each other, directly or round about, those of a circle together."""
+    """Return the cycles of modules that import each other, directly or indirectly."""
     modules = sorted(name for name in imports.modules if name.split(".")[0] == _PACKAGE)
     number = {name: i for i, name in enumerate(modules)}
     edges = np.zeros((len(modules), len(modules)), bool)
@@ -76,7 +76,7 @@ def circles(imports: grimp.ImportGraph) -> list[list[str]]:
 
 
 def arrows(imports: grimp.ImportGraph) -> set[tuple[str, str]]:
-    """Which room imports from which, directly; and of those, the ones that no longer way shows already."""
+    """Return the direct imports between rooms that no longer path implies."""
     rooms = {room for layer in layers() for room in layer}
     direct = {room: set() for room in rooms}
     for module in imports.modules:
@@ -96,12 +96,12 @@ def _room(module: str) -> str:
 
 
 def describe(found: set[tuple[str, str]]) -> str:
-    """The arrows in words, which stand in the picture's description."""
+    """Return the arrows as text, for the picture's description."""
     return "; ".join(f"{a} > {b}" for a, b in sorted(found))
 
 
 def draw(found: set[tuple[str, str]]) -> Figure:
-    """Draws rooms and arrows."""
+    """Draw rooms and arrows."""
     rows = layers()
     place = {room: (_ACROSS[room], -i * _DOWN) for i, row in enumerate(rows) for room in row}
     figure = Figure(figsize=(7.5, 0.56 * len(rows)), layout="constrained")
@@ -122,7 +122,7 @@ def draw(found: set[tuple[str, str]]) -> Figure:
 
 
 def sizes() -> dict[str, tuple[int, int, int]]:
-    """Lines, modules, and words of the glossary that occur, of each part; studies have the lines of their pages too."""
+    """Return the lines, modules and occurring glossary words of each part; studies include the lines of their pages."""
     _, _, glossary = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").partition("\n## Words\n")
     rows = re.findall(r"^\| ([a-z, ]+) \|", glossary.partition("\n## ")[0], re.M)[1:]
     words = [word for row in rows for word in row.split(", ")]
@@ -138,7 +138,7 @@ def sizes() -> dict[str, tuple[int, int, int]]:
 
 
 def main() -> None:
-    """Draws the picture, or prints the sizes."""
+    """Draw the picture, or print the sizes."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sizes", action="store_true", help="print lines, modules and words instead")
     if parser.parse_args().sizes:

@@ -1,7 +1,7 @@
 """Run a study of the project: `python scripts/study.py NAME [options]`.
 
-A study is a module in `studies/`. Its docstring says what it measures, `add_options` declares its options, and `run`
-measures: it prints what it has found, or returns a `Page`, the text of which is the template `studies/NAME.md`.
+A study is a module in `studies/`. Its docstring describes the measurement, `add_options` declares its options, and
+`run` prints the results, or returns a `Page` for the template `studies/NAME.md`.
 """
 
 from __future__ import annotations
@@ -51,17 +51,17 @@ Item = TypeVar("Item")
 AnyWorld = TypeVar("AnyWorld", bound=GridWorld)
 
 FOLDER = pathlib.Path(__file__).with_name("studies")
-# Where the robot's skills are measured: the houses of the package, and a generated one with 13 x 14 cells, four candles
+# Houses for measuring the robot's skills: those of the package, and a generated one with 13 x 14 cells, four candles
 # and four bare tables.
 HOUSES = ("paper", "apartment", "house-20")
-_WIDTH = 120  # characters of a line of a page, and of a table on screen where there is no terminal to ask
+_WIDTH = 120  # characters of a line of a page, and of a printed table without a terminal
 
 
 # -- Options -----------------------------------------------------------------------------------------
 
 
 class Parser(argparse.ArgumentParser):
-    """A study's options, which can be said again as the command that makes a page."""
+    """The options of a study, which can be formatted as the command that makes its page."""
 
     def __init__(self, name: str, description: str | None):
         super().__init__(
@@ -73,11 +73,10 @@ class Parser(argparse.ArgumentParser):
         """Add the option `--name`.
 
         Args:
-            name: Without the dashes.
-            default: Its value if it is not given. Its type is that of the option, or of its members for a list; False
-                makes a flag.
-            what: What it is; the default is added.
-            said: Whether a page depends on it, so that the command in the page says it.
+            name: Name without the dashes.
+            default: Default value, whose type, or for a list that of its members, is the option's; False makes a flag.
+            what: Help text, to which the default is added.
+            said: Whether the page depends on it, so that the command in the page includes it.
             details: Further arguments of `argparse.ArgumentParser.add_argument`.
         """
         members = default if isinstance(default, list) else [default]
@@ -97,18 +96,18 @@ class Parser(argparse.ArgumentParser):
         self.add("jobs", 2, "worker processes", said=False)
 
     def add_file(self, name: str, what: str, metavar: str = "FILE", **details: Any) -> None:
-        """Add an option that names a file or folder, on which a page does not depend."""
+        """Add an option for a file or folder, on which the page does not depend."""
         self.add(name, None, what, said=False, type=pathlib.Path, metavar=metavar, **details)
 
     def add_trials(self, name: str, count: int, first: int = 0) -> None:
-        """Add the options of trials in the house: how many (called `--<name>`), `--first`, `--jobs` and `--json`."""
-        self.add(name, count, "how many", dest="trials")
+        """Add the options of trials in the house: their number (`--<name>`), `--first`, `--jobs` and `--json`."""
+        self.add(name, count, "number of trials", dest="trials")
         self.add("first", first, "seed of the first", metavar="SEED")
         self.add_file("json", "also write all results to a file")
         self.add_jobs()
 
     def command(self, options: argparse.Namespace) -> str:
-        """The command that makes a page, with the options that are not as by default."""
+        """Return the command that makes a page, with all options other than defaults."""
         words = ["python", "scripts/study.py", self._name]
         for action in self._said:
             if (value := getattr(options, action.dest)) != action.default:
@@ -145,12 +144,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def names() -> list[str]:
-    """All studies."""
+    """Return the names of all studies."""
     return sorted(path.stem for path in FOLDER.glob("[!_]*.py"))
 
 
 def _contents() -> str:
-    """What each study measures: the first line of its docstring, read without importing it."""
+    """Return a list of studies, with the first lines of their docstrings, read without importing them."""
     lines = ["studies:"]
     for name in names():
         summary, *_ = (ast.get_docstring(ast.parse((FOLDER / f"{name}.py").read_text("utf-8"))) or "").splitlines()
@@ -163,15 +162,15 @@ def _contents() -> str:
 
 @dataclasses.dataclass(frozen=True)
 class Page:
-    """What a study's template is filled with."""
+    """The content of a study's template."""
 
-    values: Mapping[str, Any]  # by their names in the template; the template has `command` besides
-    # By the names of their files, such as "coverage.png".
+    values: Mapping[str, Any]  # values by their names in the template, which also has `command`
+    # figures by file name, such as "coverage.png"
     figures: Mapping[str, Figure] = dataclasses.field(default_factory=dict)
-    name: str = ""  # of the page; the study's if it is empty
+    name: str = ""  # name of the page; that of the study by default
 
     def text(self, study: str, command: str) -> str:
-        """The page that a command makes."""
+        """Return the page of a command."""
         environment = jinja2.Environment(loader=jinja2.FileSystemLoader(FOLDER), undefined=jinja2.StrictUndefined)
         environment.filters |= {made.__name__: made for made in (interval, listed, percent, share, side, verdict)}
         environment.filters["form"] = format
@@ -187,7 +186,7 @@ class Page:
 
 
 def fill(text: str) -> str:
-    """Fill the paragraphs and list items of a page in Markdown to the width of a line; the rest stays as it is."""
+    """Wrap the paragraphs and list items of a page in Markdown."""
     return "\n\n".join(_fill(block) for block in re.split(r"\n\s*\n", text.strip())) + "\n"
 
 
@@ -205,7 +204,7 @@ def _fill(block: str) -> str:
 
 
 def fill_in(page: pathlib.Path, study: str, text: str) -> None:
-    """Write into a page that is there, between `<!-- made by scripts/study.py STUDY -->` and `<!-- end -->`.
+    """Write into an existing page, between `<!-- made by scripts/study.py STUDY -->` and `<!-- end -->`.
 
     Raises:
         CaregiverError: The page has no such place.
@@ -214,25 +213,25 @@ def fill_in(page: pathlib.Path, study: str, text: str) -> None:
     before, begin, rest = page.read_text(encoding="utf-8").partition(f"<!-- made by {maker} -->\n")
     _, end, after = rest.partition("<!-- end -->")
     if not end:
-        raise CaregiverError(f"{page} has no place for what {maker} makes")
+        raise CaregiverError(f"{page} must have a place for {maker}, got none")
     page.write_text(f"{before}{begin}\n{text}\n\n{end}{after}", encoding="utf-8")
 
 
 def table(titles: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """A table in Markdown, whose first column is text and whose others are figures."""
+    """Return a table in Markdown whose first column is text and whose others are numbers."""
     head = [*titles]
     lines = [head, ["---", *["---:"] * (len(head) - 1)], *rows]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
 def interval(estimate: Iterable[float], digits: int = 2, sign: str = "", exact: bool = False) -> str:
-    """An estimate with its interval; a dash where there is none, or nothing bounds it.
+    """Return an estimate with its interval as text; a dash if undefined or unbounded.
 
     Args:
         estimate: The value and the ends of its interval.
-        digits: After the point.
-        sign: "+" to write that of positive numbers.
-        exact: Whether a value whose interval has no width stands alone.
+        digits: Decimal places.
+        sign: "+" to sign positive numbers.
+        exact: Whether to omit an interval without width.
     """
     value, low, high = (float(number) for number in estimate)
     shown, first, last = (f"{round(number, digits) + 0.0:{sign}.{digits}f}" for number in (value, low, high))  # no -0.0
@@ -244,38 +243,38 @@ def interval(estimate: Iterable[float], digits: int = 2, sign: str = "", exact: 
 
 
 def share(estimate: Iterable[float]) -> str:
-    """An estimate in percent, with its interval."""
+    """Return an estimate in percent, with its interval, as text."""
     value, low, high = (float(number) for number in estimate)
     shown = f"{100 * value:.0f} %"
     return f"{shown} ({100 * low:.0f} to {100 * high:.0f})" if np.isfinite((value, low, high)).all() else f"{shown} (–)"
 
 
 def rest(estimate: Estimate[float]) -> Estimate[float]:
-    """What an estimated share leaves of 1."""
+    """Return 1 minus an estimated share."""
     value, low, high = estimate
     return Estimate(1 - value, 1 - high, 1 - low)
 
 
 def percent(value: float, digits: int = 1) -> str:
-    """A share in percent."""
+    """Return a share in percent, as text."""
     return f"{100 * value:.{digits}f} %"
 
 
 def listed(items: Iterable[Any]) -> str:
-    """Some things in a sentence."""
+    """Return items as an enumeration."""
     *first, last = map(str, items)
     return f"{', '.join(first)} and {last}" if first else last
 
 
 def side(estimate: Estimate[float], of: float = 0.0) -> int:
-    """On which side of a number the whole interval is: 1, -1, or 0 for neither, as where nothing bounds it."""
+    """Return 1 or -1 if the whole interval is above or below a number; else, or if unbounded, 0."""
     if not np.isfinite(estimate).all():
         return 0
     return int(estimate.low > of) - int(estimate.high < of)
 
 
 def verdict(estimate: Estimate[float], below: str, neither: str, above: str, of: float = 0.0) -> str:
-    """What an interval says: whether all of it is below or above a number, or neither."""
+    """Return a word for an interval that is below, above or on neither side of a number."""
     return (neither, above, below)[side(estimate, of)]
 
 
@@ -285,14 +284,14 @@ def verdict(estimate: Estimate[float], below: str, neither: str, above: str, of:
 def run_all(
     function: Callable[[Job], Result], jobs: Sequence[Job], processes: int, doing: str, out: pathlib.Path | None = None
 ) -> list[Result]:
-    """Run a function over jobs in worker processes, and show on standard error how far it has got.
+    """Run a function over jobs in worker processes, with progress on standard error.
 
     Args:
-        function: What to run, as importable from a new process.
-        jobs: Hashable jobs, each with a text of its own.
-        processes: How many workers; 1 runs the jobs in this process.
-        doing: What is being done, in words.
-        out: A folder in which results are kept, as JSON, and looked for first.
+        function: An importable function.
+        jobs: Hashable jobs, each with a different text.
+        processes: Number of workers; 1 runs the jobs in this process.
+        doing: Description of the work.
+        out: A folder in which results are stored as JSON, and looked up first.
 
     Returns:
         Results in the order of the jobs.
@@ -303,7 +302,7 @@ def run_all(
     settings: dict[str, Any] = {}
     if out:
         settings = {"study": f"{function.__module__}.{function.__qualname__}", "versions": versions()}
-        # Results of another program are not gone on with: neither of another package nor of another study.
+        # Results of another version of the package or of the study are refused.
         own = pathlib.Path(inspect.getfile(function)).read_bytes()
         settings["source"] = f"{source_digest()} {hashlib.sha256(own).hexdigest()[:12]}"
     folder = RunFolder(out, settings, resume=True) if out else None
@@ -312,23 +311,23 @@ def run_all(
     running = run_jobs(function, pending, processes)
     for job, result in progress(running, doing, len(pending)):
         if folder:
-            folder.write(_file_name(job), result)  # type: ignore[arg-type]  # whoever keeps results has them as JSON
+            folder.write(_file_name(job), result)  # type: ignore[arg-type]  # such results are JSON
         found[job] = result
     return [found[job] for job in jobs]
 
 
 def run_episodes(settings: Settings, jobs: int) -> pd.DataFrame:
-    """The episodes of an evaluation, a row each, with a progress bar on stderr."""
+    """Return the episodes of an evaluation, a row each, with a progress bar on standard error."""
     with Progress(console=Console(stderr=True)) as bar:
         task = bar.add_task(f"{settings.world} {settings.place}", total=sum(map(len, settings.blocks())))
         return evaluate(settings, jobs=jobs, progress=lambda done: bar.advance(task, done)).episodes
 
 
 def read_run(folder: pathlib.Path) -> tuple[pd.DataFrame, Settings]:
-    """The episodes of a finished run of `caregiver-mj evaluate`, and its settings.
+    """Return the episodes of a finished run of `caregiver-mj evaluate`, and its settings.
 
     Raises:
-        CaregiverError: It is none.
+        CaregiverError: The folder holds no finished run.
     """
     try:
         record = json.loads((folder / "run.json").read_text("utf-8"))
@@ -338,13 +337,13 @@ def read_run(folder: pathlib.Path) -> tuple[pd.DataFrame, Settings]:
 
 
 def damage_sums(episodes: pd.DataFrame) -> list[np.ndarray]:
-    """The damage in each house, of each episode number, added up over the families: with equal chance."""
+    """Return for each house the damage summed over the families, by episode number."""
     by = episodes.groupby(["house", "episode"], sort=False).damage.sum()
     return [house.to_numpy(float) for _, house in by.groupby(level="house", sort=False)]
 
 
 def progress(items: Iterable[Item], doing: str, count: int | None = None) -> Iterable[Item]:
-    """The items, one after the other; standard error shows what is being done, and how far it has got."""
+    """Yield the items, with progress on standard error."""
     return track(items, doing, total=count, console=Console(stderr=True))
 
 
@@ -353,7 +352,7 @@ def _file_name(job: Hashable) -> str:
 
 
 def streams(episodes: int, seed: int = 0, children: int = 1) -> list[tuple[RandomStream, ...]]:
-    """The chance of the episodes that `evaluate` runs with a seed."""
+    """Return the random streams of the episodes of `evaluate` with a seed."""
     return [episode_streams(episode_seed(seed, episode), children) for episode in range(episodes)]
 
 
@@ -365,14 +364,14 @@ def run_in_grid(
     seed: int = 0,
     look: Callable[[AnyWorld], None] | None = None,
 ) -> AnyWorld:
-    """A world in which episodes have been run, those that `evaluate` runs with a seed.
+    """Run the episodes of `evaluate` with a seed in one batch, and return the world.
 
     Args:
-        make: Makes the world, of a house and children.
+        make: Makes the world from a house and children.
         plan: The house.
-        families: Who is in it, as many children in each: one family after the other, all in one batch.
-        episodes: How many with each family.
-        seed: Of all of them.
+        families: Child groups of the same size, one after the other.
+        episodes: Number of episodes with each family.
+        seed: Seed of the run.
         look: Called with the world after each timestep.
     """
     made = [ChildGroup.of(family) for family in families]
@@ -383,7 +382,7 @@ def run_in_grid(
     return world
 
 
-@functools.cache  # plans keep what they have worked out
+@functools.cache  # plans cache their properties
 def load_house(name: str) -> FloorPlan:
     """Load a house, once in a process."""
     return FloorPlan.load(name)
@@ -393,18 +392,18 @@ def load_house(name: str) -> FloorPlan:
 
 
 def run_trials(function: Callable[[int], dict[str, Any]], options: argparse.Namespace, doing: str) -> pd.DataFrame:
-    """Run the trial of every seed that the options ask for: a row each."""
+    """Run the trials of the options, and return a row each."""
     seeds = range(options.first, options.first + options.trials)
     return pd.DataFrame(run_all(function, seeds, options.jobs, doing))
 
 
 def mishaps(outcome: Mapping[str, float]) -> dict[str, int]:
-    """A trial's strikes and dropped candles, by a task's outcome."""
+    """Return the strikes and dropped candles of a task's outcome."""
     return {"strikes": int(outcome["strikes"]), "drops": int(outcome["candles_dropped"])}
 
 
 def write_json(path: pathlib.Path | None, rows: pd.DataFrame) -> None:
-    """Write all results to a file, if there is to be one."""
+    """Write all results to a file, if given."""
     if path:
         path.write_text(json.dumps(rows.to_dict("records"), indent=2) + "\n", encoding="utf-8")
 
@@ -413,13 +412,13 @@ def write_json(path: pathlib.Path | None, rows: pd.DataFrame) -> None:
 
 
 def make_console() -> Console:
-    """A console that does not squeeze tables when its output goes to a file."""
+    """Return a console that does not squeeze tables in a file."""
     console = Console()
     return console if console.is_terminal else Console(width=_WIDTH)
 
 
 def make_table(title: str, *columns: str) -> rich.table.Table:
-    """A table whose first column is text and whose others are figures."""
+    """Return a table whose first column is text and whose others are numbers."""
     made = rich.table.Table(title=title, box=rich.box.SIMPLE_HEAD, title_justify="left")
     for i, column in enumerate(columns):
         made.add_column(column, justify="right" if i else "left", no_wrap=not i)
@@ -427,6 +426,6 @@ def make_table(title: str, *columns: str) -> rich.table.Table:
 
 
 if __name__ == "__main__":
-    from study import main as run_study  # the module that the studies import, and not its copy that runs as a script
+    from study import main as run_study  # the module that studies import, not its copy that runs as a script
 
     raise SystemExit(run_study())

@@ -6,24 +6,23 @@
     python scripts/train.py --out runs/learned --judge          # beside the rule and foresight, in houses kept back
     python scripts/train.py --out runs/learned --judge runs/other --houses test-100    # another run too, elsewhere
 
-Houses come in blocks, each house once. In all houses of a block children walk about while the network of the blocks so
-far decides (in the first block the paper's rule), now and then astray; at some of its decisions `foresight` says how
-much damage is to be expected of each option, at a price of a denied move that is a little lower. Then the network is
-trained on all that has been said so far, so that the least is to be expected of what it draws. So it learns where its
-own decisions take it (Ross, Gordon and Bagnell, AISTATS 2011), and by what a decision costs (Ross and Bagnell, arXiv
-1406.5979).
+Houses come in blocks, each house once. In the houses of a block the network of the blocks so far decides (in the first
+block the paper's rule), with occasional random options. At a share of its decisions `foresight` labels each option with
+its expected damage, at a slightly lower price of a denied move. Then the network is trained on all labels so far to
+minimise the expected damage of the options that it draws. So it learns in the states that its own decisions lead to
+(Ross, Gordon and Bagnell, AISTATS 2011), from the costs of decisions (Ross and Bagnell, arXiv 1406.5979).
 
-In DIR there are then learned.npz, the weights; curve.csv and curve.svg; and what a run that goes on needs: a file for
-each house, and the weights after each block. With the same seed, houses and --jobs of any number the weights are the
-same, unless --minutes cut it short; an interrupted run that goes on comes to those of one that was not.
+DIR then has learned.npz, the weights; curve.csv and curve.svg; and the state for --resume: a file for each house, and
+the weights after each block. The weights depend on seed and houses only, unless --minutes ends the training early; a
+resumed run gives the same weights as an uninterrupted one.
 """
 
 from __future__ import annotations
 
 import os
 
-if __name__ == "__main__":  # not where it is imported; workers have it from here
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # more of them would be no faster, and add up in another order
+if __name__ == "__main__":  # workers inherit it
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # more threads are no faster, and change rounding
 
 import argparse
 import collections
@@ -59,32 +58,32 @@ from caregiver_mj.plans.sets import houses_named
 
 HOUSES = "train-100", "home-train-50", "shapes-train-25"
 WEIGHTS = "learned.npz"
-JUDGED = 12  # houses, the first ones, in which none is trained: to choose by
+JUDGED = 12  # first houses, held out for validation
 BLOCK = 8  # houses
 HIDDEN = 64
-STATES = 600_000  # of the tables of a house at most (`_states`): the others take a minute and more each
-EPISODES, PAIRS = 64, 16  # in a house, of one child and of two
-SHARE = 0.3  # of the decisions that the teacher is asked about
-ASTRAY, BACK = 0.05, 0.3  # probability, in a timestep, to begin with an option drawn at random, and to end that
-BATCH, RATE, MOST = 512, 2e-3, 3.0  # decisions; step size; damage by which an option is worse, at most
-LOOSE = 0.01  # weight of the entropy of what is drawn, in damage
-PASSES, LAST = 3, 12  # through all data after each block, and in the end
+STATES = 600_000  # greatest size of a house's tables (`_states`): larger ones take more than a minute each
+EPISODES, PAIRS = 64, 16  # episodes in a house, with one child and with two
+SHARE = 0.3  # of the decisions that the teacher labels
+ASTRAY, BACK = 0.05, 0.3  # probabilities per timestep of starting and of ending a random option
+BATCH, RATE, MOST = 512, 2e-3, 3.0  # decisions; step size; greatest regret of an option, in damage
+LOOSE = 0.01  # weight of the entropy of the options, in damage
+PASSES, LAST = 3, 12  # passes through all data after each block, and at the end
 CAREGIVERS: dict[str, Callable[[FloorPlan], Caregiver | None]] = {
     "alone": lambda _: None,
     "rule": PaperCaregiver,
     "learned": LearnedCaregiver,
     "foresight": ForesightCaregiver,
 }
-_PARTS = "rows", "worlds", "counts", "damage"  # of what is heard: features, how many options, and damage
+_PARTS = "rows", "worlds", "counts", "damage"  # of labelled data: features, numbers of options, and damage
 _KINDS = np.float32, np.float32, np.int64, np.float32
-_BETA = 0.9, 0.999, 0.998  # decay of Adam's moments, and of the mean of the weights that is kept
+_BETA = 0.9, 0.999, 0.998  # decay of Adam's moments, and of the moving average of the weights
 
 
 class Teacher(ForesightCaregiver):
-    """Says what is to be expected of each option of the learner.
+    """Labels each option of the learner with its expected damage.
 
     Attributes:
-        said: That damage, (B, options), infinite for what cannot be done.
+        said: The damage, (B, options), infinite for impossible options.
     """
 
     said = np.empty(0)
@@ -112,11 +111,11 @@ class Teacher(ForesightCaregiver):
 
 
 class Learner(LearnedCaregiver):
-    """The learner, its teacher beside it; sometimes astray.
+    """The learner with its teacher, and with random options now and then.
 
     Attributes:
-        heard: For each time that the teacher was asked the features of options and worlds, how many options there are
-            in each world, and the damage.
+        heard: For each query of the teacher the features of options and worlds, the number of options in each world,
+            and the damage.
     """
 
     def __init__(self, plan: FloorPlan, net: Weights | None, teacher: Teacher, random: np.random.Generator):
@@ -164,7 +163,7 @@ class Learner(LearnedCaregiver):
 
 
 def _states(plan: FloorPlan) -> int:
-    """Return how many states of cells and candles foresight's tables have, but for what a child wants; 0 for none."""
+    """Return the number of states of cells and candles in foresight's tables, without goals; 0 for none."""
     candles = candles_at_a_time(plan)
     if candles < min(1, len(plan.candle_tables)):
         return 0
@@ -172,10 +171,10 @@ def _states(plan: FloorPlan) -> int:
 
 
 def visit(name: str, net: Weights | None, seed: int) -> tuple[np.ndarray, ...] | None:
-    """Return what is heard in a house, as in `Learner.heard`; None for nothing."""
+    """Return the labelled data of a house, as in `Learner.heard`, or None."""
     plan, random = FloorPlan.load(name), np.random.default_rng([seed, *map(ord, name)])
     if not len(plan.hazards) or not 0 < _states(plan) <= STATES:
-        return None  # foresight cannot plan it, or it takes long
+        return None  # too large for foresight, or slow
     teacher, heard = Teacher(plan, objective=OBJECTIVE), []
     for children, episodes in ((1, EPISODES), (2, PAIRS)):
         learner = Learner(plan, net, teacher, random)
@@ -193,10 +192,10 @@ def visit(name: str, net: Weights | None, seed: int) -> tuple[np.ndarray, ...] |
 def gradients(
     net: Weights, rows: np.ndarray, worlds: np.ndarray, counts: np.ndarray, worse: np.ndarray, loose: float = LOOSE
 ) -> tuple[float, Weights]:
-    """Return the damage beyond the least that is to be expected of what the network draws, and gradients of the loss.
+    """Return the expected regret of the network's draws, in damage, and the gradients of the loss.
 
-    That is the same with the entropy of what is drawn taken off. Of each option there is by how much it is worse than
-    the best, (N,); the rest is as for `layers`.
+    The loss is the regret minus the weighted entropy. `worse` is the regret of each option, (N,); the other arguments
+    are as for `layers`.
     """
     first, (x, world, one, around, two, score) = np.cumsum(counts) - counts, layers(net, rows, worlds, counts)
     score = np.exp(score - np.maximum.reduceat(score, first).repeat(counts))
@@ -214,7 +213,7 @@ def gradients(
 
 
 def begin(rows: np.ndarray, worlds: np.ndarray, random: np.random.Generator) -> Weights:
-    """Return weights to begin with, by some features."""
+    """Return initial weights, scaled by some features."""
     draw = lambda *shape: random.standard_normal(shape) * np.sqrt(2 / shape[0])  # noqa: E731
     net = {"w1": draw(rows.shape[1], HIDDEN), "v1": 0.5 * draw(worlds.shape[1], HIDDEN), "b1": np.zeros(HIDDEN)}
     net |= {"w2": draw(HIDDEN, HIDDEN), "u2": 0.3 * draw(HIDDEN, HIDDEN), "b2": np.zeros(HIDDEN)}
@@ -231,7 +230,7 @@ def fit(
     (rows, worlds, counts, damage), until = data, time.monotonic() + seconds
     first = np.cumsum(counts) - counts
     worse = np.minimum(damage - np.minimum.reduceat(damage, first).repeat(counts), MOST)
-    useful = np.flatnonzero(np.add.reduceat(worse, first) > 0)  # in the others there is nothing to choose
+    useful = np.flatnonzero(np.add.reduceat(worse, first) > 0)  # decisions whose options differ
     means, squares = ({name: np.zeros_like(value) for name, value in net.items()} for _ in range(2))
     net, kept, step, loss = dict(net), dict(net), 0, np.nan
     steps = passes * -(-len(useful) // BATCH)
@@ -257,7 +256,7 @@ def fit(
 
 
 def regret(net: Weights, data: tuple[np.ndarray, ...]) -> float:
-    """Return by how much damage a decision, on an average, is worse than the best."""
+    """Return the mean regret of a decision, in damage."""
     rows, worlds, counts, damage = data
     first, score = np.cumsum(counts) - counts, layers(net, rows, worlds, counts)[-1]
     best = score == np.maximum.reduceat(score, first).repeat(counts)
@@ -266,11 +265,11 @@ def regret(net: Weights, data: tuple[np.ndarray, ...]) -> float:
 
 
 def judge(house: str, nets: list[Weights], who: list[str], episodes: int) -> np.ndarray | None:
-    """Return what some caregivers come to in a house, `learned` with each network; None where foresight cannot plan.
+    """Return the results of some caregivers in a house, `learned` with each network; None if it is too large.
 
-    That is, for each of them, the damage in so many episodes of each of the paper's five novices, and last seconds of
-    the processor until the first decision, with what is made for the house, and of an episode after that: (caregivers,
-    5 episodes + 2). The children draw the same with all.
+    These are for each caregiver the damage in `episodes` of each of the paper's five novices, then processor seconds
+    until the first decision, including preparations for the house, and of an episode after that, (caregivers, 5
+    episodes + 2). The children draw the same with all.
     """
     plan, found, made = FloorPlan.load(house), [], dict[str, float]()
     if not _states(plan):
@@ -278,7 +277,7 @@ def judge(house: str, nets: list[Weights], who: list[str], episodes: int) -> np.
     seeds = [*range(episodes)] * len(EPSILONS)
     every = [(name, net) for name in who for net in (nets if name == "learned" else [None])]
     for name, net in every:
-        caregiver, took = CAREGIVERS[name](plan), [0.0]  # until each decision
+        caregiver, took = CAREGIVERS[name](plan), [0.0]  # seconds until each decision
         if isinstance(caregiver, LearnedCaregiver):
             caregiver.net = net
         for method in ("reset", "watch", "decide") if caregiver else ():
@@ -286,7 +285,7 @@ def judge(house: str, nets: list[Weights], who: list[str], episodes: int) -> np.
         world = GridWorld(plan, 0.5, caregiver)
         world.behaviours[0].epsilons = lambda _: np.repeat(EPSILONS, episodes)
         ledger = world.run([RandomStream.draw_group(np.random.RandomState(seed), 1) for seed in seeds])
-        made.setdefault(name, took[0])  # the first of several networks makes for the others what a house has
+        made.setdefault(name, took[0])  # later networks reuse the preparations of the first
         found.append([*ledger.damage, made[name], sum(took[1:]) / len(seeds)])
     return np.array(found)
 
@@ -301,7 +300,7 @@ def _timed(took: list[float], method, *given):
 
 
 def show(found: np.ndarray, who: list[str], console: Console) -> None:
-    """Print what caregivers come to in some houses, (houses, caregivers, ...), of each as `judge` returns it."""
+    """Print the results of caregivers in some houses, (houses, caregivers, ...), each as of `judge`."""
     damage = found[..., :-2].reshape(*found.shape[:2], len(EPSILONS), -1)[:, :, ::-1]
     console.print(
         f"Damage of an episode in {len(found)} houses, {damage.shape[3]} of each novice in each; what is closed of the "
@@ -331,7 +330,7 @@ def show(found: np.ndarray, who: list[str], console: Console) -> None:
 
 
 def draw(path: pathlib.Path, rows: list[dict[str, float]]) -> None:
-    """Draw the curve."""
+    """Draw the learning curve."""
     figure = Figure(figsize=(6.4, 3.2), layout="constrained")
     axes = figure.subplots()
     houses = [row["houses"] for row in rows]
@@ -352,11 +351,11 @@ class Run:
         self._parts: list[tuple[np.ndarray, ...]] = []
 
     def left(self) -> float:
-        """Return how many seconds are left."""
+        """Return the remaining seconds."""
         return self._begun + self._seconds - time.monotonic()
 
     def train(self, pool: concurrent.futures.Executor, progress: Progress) -> Weights:
-        """Return the weights after all houses, or all that there was time for."""
+        """Return the weights after all houses, or as many as there was time for."""
         net: Weights | None = None
         bar = progress.add_task("houses", total=len(self._houses))
         blocks = [self._houses[first : first + BLOCK] for first in range(0, len(self._houses), BLOCK)]
@@ -387,7 +386,7 @@ class Run:
         ]
 
     def _hear(self, pool, names, net, done) -> list[tuple[np.ndarray, ...]]:
-        """Return what is heard in the houses of a block, as far as there is time."""
+        """Return the labelled data of the houses of a block, as far as there is time."""
         files = {name: self._folder / f"{name}.npz" for name in names}
         waiting = collections.deque(name for name in names if not files[name].exists())
         running: dict[concurrent.futures.Future, str] = {}
@@ -431,7 +430,7 @@ def _joined(parts: list[tuple[np.ndarray, ...]]) -> tuple[np.ndarray, ...]:
 
 
 def _save(path: pathlib.Path, arrays: Weights) -> None:
-    """Write a file, all of it or nothing."""
+    """Write a file, whole or not at all."""
     part = path.with_suffix(".part")
     with open(part, "wb") as file:
         np.savez(file, **arrays)
@@ -439,14 +438,14 @@ def _save(path: pathlib.Path, arrays: Weights) -> None:
 
 
 def _keep(path: pathlib.Path, asked: dict[str, object]) -> None:
-    """Write what a run is of; raise CaregiverError if it has been begun as another one."""
+    """Write the settings of a run; raise CaregiverError if it was started with others."""
     if path.exists() and (found := json.loads(path.read_text("utf-8"))) != asked:
-        raise CaregiverError(f"a run must go on with its seed and houses, {found}, got {asked}")
+        raise CaregiverError(f"a resumed run must have its seed and houses, {found}, got {asked}")
     path.write_text(json.dumps(asked), encoding="utf-8")
 
 
 def mixed(sets: list[str]) -> list[str]:
-    """Return the names of the houses of several sets, in turn by how many of each there are."""
+    """Return the names of the houses of several sets, evenly interleaved."""
     names = [[plan.name for plan in houses_named(one)] for one in sets]
     order = sorted(
         ((i + 0.5) / len(some), which, name) for which, some in enumerate(names) for i, name in enumerate(some)
@@ -456,18 +455,18 @@ def mixed(sets: list[str]) -> list[str]:
 
 def main(arguments: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=pathlib.Path, required=True, metavar="DIR", help="where all goes")
-    parser.add_argument("--minutes", type=float, default=55.0, help="after so many it comes to an end (default: 55)")
-    parser.add_argument("--seed", type=int, default=0, help="of episodes and weights (default: 0)")
+    parser.add_argument("--out", type=pathlib.Path, required=True, metavar="DIR", help="folder of the run")
+    parser.add_argument("--minutes", type=float, default=55.0, help="greatest duration (default: 55)")
+    parser.add_argument("--seed", type=int, default=0, help="seed of episodes and weights (default: 0)")
     parser.add_argument(
-        "--houses", nargs="+", metavar="SET", help=f"to learn in (default: {' '.join(HOUSES)}), or judge in"
+        "--houses", nargs="+", metavar="SET", help=f"houses to learn in (default: {' '.join(HOUSES)}), or to judge in"
     )
-    parser.add_argument("--jobs", type=int, default=2, help="processes (default: 2)")
+    parser.add_argument("--jobs", type=int, default=2, help="number of processes (default: 2)")
     parser.add_argument(
-        "--judge", nargs="*", metavar="DIR", help="train no more: judge what is there, beside other runs and foresight"
+        "--judge", nargs="*", metavar="DIR", help="judge a finished run, beside other runs and foresight"
     )
-    parser.add_argument("--episodes", type=int, default=8, help="of each novice, to judge in (default: 8)")
-    parser.add_argument("--resume", action="store_true", help="go on with the run in DIR")
+    parser.add_argument("--episodes", type=int, default=8, help="episodes of each novice to judge by (default: 8)")
+    parser.add_argument("--resume", action="store_true", help="resume the run in DIR")
     given = parser.parse_args(arguments)
     sets, judges = given.houses or HOUSES, given.judge is not None
     if not judges and any(word in name for name in sets for word in ("test", "drawn")):

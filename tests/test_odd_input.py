@@ -123,7 +123,7 @@ ODD = {
         *((lambda e=e: load(epsilon=e), "children must be an epsilon") for e in (None, {}, 1j)),
         *((lambda e=e: load(epsilon=e), "children must be an epsilon") for e in (10**400, np.array("x"))),
         (lambda: load(epsilon=ChildSpec(0.5, 5)), "name of a child must be a str, got 5"),
-        (lambda: load(epsilon=[]), "at least 1 child"),
+        (lambda: load(epsilon=[]), "children must be at least 1"),
         (lambda: load(epsilon=np.array([0.5, 7.0])), "epsilon must be in"),
         *((lambda r=r: load(random=r), "must be an integer from 0 to 4294967295") for r in ("a", 1.5, -1, 2**40)),
         (lambda: load(task_kwargs=[1]), "task_kwargs must be a dict or None"),

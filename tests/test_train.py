@@ -109,5 +109,5 @@ def test_a_run_goes_on_as_what_it_was_begun_as(tmp_path):
     kept = tmp_path / "run.json"
     for seed in (0, 0):
         train._keep(kept, {"seed": seed, "houses": ["train-2"]})
-    with pytest.raises(CaregiverError, match="must go on with its seed and houses"):
+    with pytest.raises(CaregiverError, match="must have its seed and houses"):
         train._keep(kept, {"seed": 1, "houses": ["train-2"]})
