@@ -10,11 +10,9 @@ from typing import TypeAlias
 import numpy as np
 
 from caregiver_mj.children.behaviour import Behaviour, ChildPercept, check_epsilon
-from caregiver_mj.children.changing import Drifter, Switcher, Waverer
-from caregiver_mj.children.explorer import Explorer
 from caregiver_mj.children.novice import Expert, Novice
-from caregiver_mj.children.robot_related import Adversary, Avoider, Seeker
 from caregiver_mj.children.toddler import Toddler
+from caregiver_mj.children.variants import Adversary, Avoider, Drifter, Explorer, Seeker, Switcher, Waverer
 from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.plans.floor_plan import FloorPlan, check_house
 from caregiver_mj.registry import Registry, check_call, errors_of

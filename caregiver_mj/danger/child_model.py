@@ -7,7 +7,7 @@ import functools
 import numpy as np
 
 from caregiver_mj.children.novice import Novice
-from caregiver_mj.children.robot_related import Adversary
+from caregiver_mj.children.variants import Adversary
 from caregiver_mj.danger.chain import ChildChain
 from caregiver_mj.plans.cell_graph import ACTIONS, Target
 from caregiver_mj.plans.floor_plan import FloorPlan

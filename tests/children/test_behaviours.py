@@ -8,10 +8,9 @@ from random_plans import plan_texts
 
 from caregiver_mj.children.behaviour import ChildPercept
 from caregiver_mj.children.child_group import CHILDREN, ChildGroup
-from caregiver_mj.children.explorer import Explorer
 from caregiver_mj.children.novice import Novice
 from caregiver_mj.children.random_stream import pick
-from caregiver_mj.children.robot_related import Adversary, Avoider, Seeker
+from caregiver_mj.children.variants import Adversary, Avoider, Explorer, Seeker
 from caregiver_mj.plans.cell_graph import ACTIONS, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING

@@ -5,9 +5,9 @@ import pytest
 
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.children.behaviour import ChildPercept
-from caregiver_mj.children.changing import SWITCH, Drifter, Waverer
 from caregiver_mj.children.child_group import ChildGroup, side_by_side
 from caregiver_mj.children.random_stream import RandomStream
+from caregiver_mj.children.variants import SWITCH, Drifter, Waverer
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
