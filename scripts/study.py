@@ -8,17 +8,21 @@ from __future__ import annotations
 
 import argparse
 import ast
+import csv
 import dataclasses
 import functools
 import hashlib
 import importlib
 import inspect
+import io
 import json
 import pathlib
 import re
 import shlex
+import subprocess
 import sys
 import textwrap
+import types
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from typing import Any, TypeVar
 
@@ -136,10 +140,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         parser.error(str(error))
     if not isinstance(found, Page):
         return int(found or 0)
-    text = found.text(name, parser.command(options))
+    text, tables = take_tables(found.text(name, parser.command(options)))
     print(text, end="")
     if options.docs:
-        found.write(options.docs, name, text)
+        found.write(options.docs, name, text, tables)
     return 0
 
 
@@ -164,8 +168,8 @@ def _contents() -> str:
 class Page:
     """The content of a study's template."""
 
-    values: Mapping[str, Any]  # values by their names in the template, which also has `command`
-    # figures by file name, such as "coverage.png"
+    values: Mapping[str, Any]  # by their names in the template; the template has `command` and `version` besides
+    # By the names of their files, such as "coverage.png".
     figures: Mapping[str, Figure] = dataclasses.field(default_factory=dict)
     name: str = ""  # name of the page; that of the study by default
 
@@ -175,14 +179,60 @@ class Page:
         environment.filters |= {made.__name__: made for made in (interval, listed, percent, share, side, verdict)}
         environment.filters["form"] = format
         environment.globals["table"] = table
-        return fill(environment.get_template(f"{study}.md").render(self.values, command=command))
+        return fill(environment.get_template(f"{study}.md").render(self.values, command=command, version=version()))
 
-    def write(self, folder: pathlib.Path, study: str, text: str) -> None:
-        """Write the page and its figures."""
+    def write(
+        self, folder: pathlib.Path, study: str, text: str, tables: Mapping[str, str] = types.MappingProxyType({})
+    ) -> None:
+        """Write the page, the tables beside it, and its figures."""
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / f"{self.name or study}.md").write_text(text, encoding="utf-8")
+        for file, table_text in {f"{self.name or study}.md": text, **tables}.items():
+            (folder / file).write_text(table_text, encoding="utf-8")
         for file, figure in self.figures.items():
             (folder / file).write_bytes(as_bytes(figure, file.rpartition(".")[2]))
+
+
+def version() -> str:
+    """The commit that a page is of, or the digest of the sources where there is no repository."""
+    describe = ["git", "-C", str(FOLDER), "describe", "--always", "--dirty", "--abbrev=8", "--exclude", "*"]
+    try:
+        return subprocess.run(describe, capture_output=True, text=True, check=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return source_digest()
+
+
+_MARK = re.compile(r"<!-- (\S+\.csv) -->\n(\|.*(?:\n\|.*)*)\n+")
+
+
+def take_tables(text: str) -> tuple[str, dict[str, str]]:
+    """Take long tables out of a page: those below a mark such as `<!-- calibration_children.csv -->`.
+
+    Args:
+        text: The page in Markdown.
+
+    Returns:
+        The page without them, and each as CSV, by the name of its file. Tables of one name are one file: their titles
+        must be equal.
+    """
+    tables: dict[str, str] = {}
+    for name, lines in _MARK.findall(text):
+        titles, *rows = markdown_cells(lines)
+        rows = rows if name in tables else [titles, *rows]
+        tables[name] = tables.get(name, "") + as_csv(rows)
+    return _MARK.sub("", text), tables
+
+
+def markdown_cells(lines: str) -> list[list[str]]:
+    """The cells of a table in Markdown, titles first, without marks of code and emphasis."""
+    rows = [re.split(r"(?<!\\)\|", line.strip())[1:-1] for line in lines.strip().splitlines()]
+    return [[re.sub(r"[`*\\]", "", cell).strip() for cell in row] for row in (rows[0], *rows[2:])]
+
+
+def as_csv(rows: Iterable[Iterable[str]]) -> str:
+    """Rows as lines of a CSV file."""
+    file = io.StringIO()
+    csv.writer(file, lineterminator="\n").writerows(rows)
+    return file.getvalue()
 
 
 def fill(text: str) -> str:
@@ -191,7 +241,7 @@ def fill(text: str) -> str:
 
 
 def _fill(block: str) -> str:
-    if block.startswith(("#", "|", "!", "    ")):
+    if block.startswith(("#", "|", "!", "    ", "<!--")):
         return block
     items = []
     for item in re.split(r"\n(?=- )", block):

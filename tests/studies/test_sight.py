@@ -19,14 +19,14 @@ def test_its_page(tmp_path, capsys, monkeypatch):
     assert study.main(["sight", "--houses", str(house), *options, *folders]) == 0
     page = capsys.readouterr().out
     assert page == (tmp_path / "sight.md").read_text()
-    for row in (
-        "| walls | 0.",
-        "| rooms:1 | 0.",
-        "| walls | `foresight` |",
-        "| walls | looking |",
-        "| walls | 20 to 20 |",
-        "| never goes to look |",
-        "| walls | seeker:0.25 |",
-    ):
+    for row in ("| walls | 0.", "| rooms:1 | 0.", "| never goes to look |"):
         assert row in page
+    for table, row in {
+        "damage": "walls,foresight,",
+        "time": "walls,looking,",
+        "sizes": "walls,20 to 20,",
+        "belief": "walls,seeker:0.25,",
+    }.items():
+        assert f"\n{row}" in (tmp_path / f"sight_{table}.csv").read_text()
+        assert f"(sight_{table}.csv)" in page
     assert {path.name for path in tmp_path.glob("*.svg")} == {"sight.svg", "sight_belief.svg"}
