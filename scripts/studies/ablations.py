@@ -24,12 +24,13 @@ from caregiver_mj.caregivers.percept import HORIZON, Assessment, Percept, Predic
 from caregiver_mj.danger.belief import Belief
 from caregiver_mj.danger.child_model import CHANGE, child_chain
 from caregiver_mj.experiments import two_level
+from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.grid.world import CAREGIVER_ACTIONS, GridWorld
 from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.sets import houses_named
-from study import Page, Parser, damage_sums, interval, load_house, run_all, run_in_grid, table
+from study import Page, Parser, damage_sums, interval, load_house, run_all, run_in_grid, side, table
 
 NONE, RULE, FORESIGHT = "none", "the rule", "foresight"
 COLUMNS = ("damage", "toys_reached", "moves_blocked_free", "interventions")
@@ -58,7 +59,8 @@ def run(options: argparse.Namespace) -> Page:
     values = {
         "houses": " ".join(options.houses),
         "episodes": options.episodes,
-        "tables": {group: variants_table(rows, group) for group in options.only},
+        "tables": [variants_table(rows, group) for group in options.only],
+        "shown": [line for group in options.only for line in shown_differences(rows, group)],
         "apart": apart_table(run_all(tell_apart, houses, options.jobs, "P(safe)")) if tells else "",
     }
     return Page(values)
@@ -321,13 +323,25 @@ def variants_table(rows: pd.DataFrame, group: str) -> str:
         ours = by[f"{group}: {how}"] if how else base
         means, without = (one.groupby("family").damage.mean() for one in (ours, alone))
         left = (f"{means[family] / without[family]:.3f}" for family in families)
-        more = interval(two_level.of_difference(damage_sums(ours), damage_sums(base)), sign="+") if how else ""
+        more = interval(_difference(by, group, how), sign="+") if how else ""
         same = (ours[[*COLUMNS]].to_numpy() == base[[*COLUMNS]].to_numpy()).all(axis=1).mean()
         toys = ours.toys_reached.sum() / alone.toys_reached.sum()
         paid = f"{toys:.1%}", f"{ours.moves_blocked_free.mean():.2f}", f"{ours.interventions.mean():.1f}"
-        lines.append((how or GROUPS[group].base, *left, more, *paid, f"{same:.0%}"))
+        lines.append((group, how or GROUPS[group].base, *left, more, *paid, f"{same:.0%}"))
     measured = "toys kept", "free moves denied", "interventions", "episodes equal"
-    return table((group, *families, "damage, less that of the first", *measured), lines)
+    return table(("group", "variant", *families, "damage, less that of the first", *measured), lines)
+
+
+def shown_differences(rows: pd.DataFrame, group: str) -> list[tuple[str, str, Estimate[float]]]:
+    """Return the variants of a group whose damage differs from the base's: those whose interval excludes zero."""
+    by = dict(iter(rows.groupby("variant", sort=False)))
+    found = ((group, how, _difference(by, group, how)) for how in GROUPS[group].changed)
+    return [line for line in found if side(line[2])]
+
+
+def _difference(by: Mapping[str, pd.DataFrame], group: str, how: str) -> Estimate[float]:
+    """Return the damage of a variant, less that of its base, an episode of all child groups."""
+    return two_level.of_difference(damage_sums(by[f"{group}: {how}"]), damage_sums(by[GROUPS[group].base]))
 
 
 def apart_table(found: Sequence[list[list[float]]]) -> str:

@@ -59,6 +59,8 @@ _SUMS = ["count", "predicted", "happened", "square"]
 
 MODELLED = tuple(f"{epsilon:g}" for epsilon in reversed(EPSILONS))  # epsilons that the belief reckons with
 BETWEEN = ("0.875", "0.625", "0.375", "0.15")
+# Children that the page itself shows; the table beside it has all.
+SHOWN = ("1", "0.5", "0.05", "seeker:0.25", "explorer:0.25", "toddler:0.25", "drifter:0.75")
 TOGETHER = "novices"  # those of `MODELLED`, each as often
 _SHARES = (0.75, 0.25)  # epsilons of other children
 _WITHOUT = {"expert": "expert:0", "adversary": "adversary:0"}  # those that epsilon does nothing to
@@ -322,7 +324,7 @@ def page(rows: pd.DataFrame, names: str, episodes: int) -> Page:
         "stretches": [(f, scores(f, LONGEST, HARMLESS), scores(f, LONGEST, SAFE)) for f in everybody],
         "title": title,
         "cells": score_cells,
-        "timesteps": timesteps,
+        "shown": SHOWN,
     }
     within = {f"within {timesteps(horizon)}": (horizon, EACH) for horizon in HORIZONS}
     said = {"the belief": (LONGEST, (HARMLESS,)), "the paper's P(safe|tau)": (LONGEST, (SAFE,))}

@@ -98,8 +98,8 @@ def test_jobs_whose_results_are_kept_are_not_run_again(tmp_path):
 
 
 def test_long_tables_go_beside_the_page():
-    page = "# T\n\nWords:\n\n<!-- t.csv -->\n| a `x` | b |\n| --- | ---: |\n| *one*, two | 1 |\n\nMore.\n\n| s |\n|---|\n| 2 |\n"
-    page += "\n<!-- t.csv -->\n| a `x` | b |\n|---|---|\n| three | 3 |\n\nEnd.\n"
+    page = "# T\n\nWords:\n\n<!-- t.csv -->\n| a `x` | b |\n| --- | ---: |\n| *one*, two | 1 |\n\nMore.\n\n"
+    page += "| s |\n|---|\n| 2 |\n\n<!-- t.csv -->\n| a `x` | b |\n|---|---|\n| three | 3 |\n\nEnd.\n"
     text, tables = study.take_tables(page)
     assert text == "# T\n\nWords:\n\nMore.\n\n| s |\n|---|\n| 2 |\n\nEnd.\n"
     assert tables == {"t.csv": 'a x,b\n"one, two",1\nthree,3\n'}
