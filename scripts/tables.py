@@ -1,4 +1,4 @@
-"""Write the generated tables of the documentation into their pages.
+"""Writes what the documentation has from the code: the Python interface, and tables where a page has a place for them.
 
 The place of a table is from `<!-- scripts/tables.py: NAME -->` to `<!-- end -->`; NAME is one of `TABLES`.
 """
@@ -6,6 +6,7 @@ The place of a table is from `<!-- scripts/tables.py: NAME -->` to `<!-- end -->
 from __future__ import annotations
 
 import argparse
+import collections
 import functools
 import inspect
 import itertools
@@ -13,6 +14,7 @@ import pathlib
 import re
 from collections.abc import Callable, Iterator, Sequence
 
+import api_pages
 import gallery
 import gymnasium
 import numpy as np
@@ -190,8 +192,22 @@ def columns() -> str:
 
 
 def options() -> str:
-    """Return every option of every command."""
-    return "\n\n".join(map(_options_of, _commands(make_parser())))
+    """Every option of every command: those that several have once, then each command's own."""
+    commands = [*_commands(make_parser())]
+    counts = collections.Counter(row for command in commands for row in _rows(command))
+    most = {row[0]: row for row, _ in reversed(counts.most_common())}  # of those that two commands explain differently
+    shared = [row for row in counts if counts[row] > 1 and most[row[0]] == row]
+    titles = ["option", "default", "is"]
+    parts = ["## Options that several commands have", table(titles, shared)]
+    for command in commands:
+        about = (command.description or "").rstrip(".")
+        parts += [f"## {command.prog}", f"{about[:1].upper()}{about[1:]}."]
+        rows = [*_rows(command)]
+        if also := [f"`{row[0].strip('`').split()[0].strip('`,')}`" for row in rows if row in shared]:
+            parts.append(f"Also {', '.join(also)}.")
+        if own := [row for row in rows if row not in shared]:
+            parts.append(table(titles, own))
+    return "\n\n".join(parts)
 
 
 def _commands(parser: argparse.ArgumentParser) -> Iterator[argparse.ArgumentParser]:
@@ -204,13 +220,12 @@ def _commands(parser: argparse.ArgumentParser) -> Iterator[argparse.ArgumentPars
             yield from _commands(command)
 
 
-def _options_of(parser: argparse.ArgumentParser) -> str:
-    rows = []
+def _rows(parser: argparse.ArgumentParser) -> Iterator[tuple[str, str, str]]:
+    """The options of a command, with their defaults and what they are."""
     for one in parser._actions:
         if not isinstance(one, argparse._HelpAction):
             said = " ".join(filter(None, ["`, `".join(one.option_strings), _value(one)]))
-            rows.append([f"`{said}`", _default(one), one.help or ""])
-    return f"## {parser.prog}\n\n{parser.description}\n\n{table(['option', 'default', 'is'], rows)}"
+            yield f"`{said}`", _default(one), one.help or ""
 
 
 def _value(one: argparse.Action) -> str:
@@ -240,7 +255,8 @@ def filled(text: str) -> str:
 
 
 def main() -> None:
-    """Write all tables."""
+    """Write them all."""
+    api_pages.main()
     for page in PAGES:
         text = page.read_text("utf-8")
         if (made := filled(text)) != text:

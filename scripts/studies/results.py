@@ -20,7 +20,7 @@ import pandas as pd
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.verdicts import LEVEL
-from study import Parser
+from study import Parser, markdown_cells
 
 # As `plans.shapes.SHAPES`, but in the order in which they were run: intervals over houses depend on it.
 _SHAPES = ["hall", "alcoves", "dead-ends", "open-plan", "loops", "chain", "stairs-only", "many-tables", "far-bins"]
@@ -79,27 +79,46 @@ def call(arguments: Sequence[str]) -> None:
 
 
 def publish(runs: Sequence[pathlib.Path], docs: pathlib.Path, name: str) -> None:
-    """Copy the tables of a report, the figures in them, and what each house comes to, to the documentation.
+    """Copy the tables of a report as CSV, the figures that the page of results shows, and the means of each house.
 
     Args:
         runs: Folders of the runs that the report is of; it is in the first of them.
         docs: The documentation's folder.
-        name: Of the folder in it. What each house comes to is in its `houses.csv` for the first run, and in
-            `houses_<run>.csv` for each other.
+        name: Of the folder in it. `tables/` has a file for each table of the report; `houses.csv` has the houses of the
+            first run, and `houses_<run>.csv` those of each other.
     """
     report, folder = runs[0], docs / name
     shutil.rmtree(folder, ignore_errors=True)
-    (folder / "figures").mkdir(parents=True)
-    text = (report / "tables.md").read_text("utf-8")
-    found_by = f"    PYTHONPATH={BOUNDS.relative_to(BOUNDS.parents[2])} "
-    text = re.sub(r"^    (?=caregiver-mj .*\bclairvoyant\b)", found_by, text, flags=re.M)
-    (folder / "README.md").write_text(text, "utf-8")
+    for part in ("figures", "tables"):
+        (folder / part).mkdir(parents=True)
+    for title, rows in report_tables((report / "tables.md").read_text("utf-8")).items():
+        rows.to_csv(folder / "tables" / f"{title}.csv", index=False)
+    page = (docs / "results.md").read_text("utf-8")
     for figure in sorted((report / "figures").glob("*.png")):
-        if f"(figures/{figure.name})" in text:
+        if f"({name}/figures/{figure.name})" in page:
             shutil.copy(figure, folder / "figures")
     for run_folder in runs:
         table = folder / ("houses.csv" if run_folder == report else f"houses_{run_folder.name}.csv")
         pd.read_parquet(run_folder / "houses.parquet").round(4).to_csv(table, index=False)
+
+
+def report_tables(text: str) -> dict[str, pd.DataFrame]:
+    """Return the tables of a report in Markdown, as printed, with the run in the first column.
+
+    Args:
+        text: Its headings are "Title", or "Title — run" where each run has the table.
+
+    Returns:
+        Tables by their titles in small letters, with underscores.
+    """
+    found: dict[str, list[pd.DataFrame]] = {}
+    for heading, lines in re.findall(r"^#+ ([^\n]*)\n+((?:\|[^\n]*\n)+)", text, re.M):
+        title, _, run = heading.partition(" — ")
+        titles, *rows = markdown_cells(lines)
+        made = pd.DataFrame(rows, columns=titles)
+        made.insert(0, "run", run)
+        found.setdefault(re.sub(r"\W+", "_", title.lower()).strip("_"), []).append(made)
+    return {title: pd.concat(tables, ignore_index=True) for title, tables in found.items()}
 
 
 def main_results(docs: pathlib.Path) -> str:
@@ -108,41 +127,46 @@ def main_results(docs: pathlib.Path) -> str:
     test, drawn, house = (table[table.caregiver.isin(_CLAIMED)] for table in tables)
     acting = pd.concat([test, drawn])[lambda cells: cells.caregiver != "none"]
     harmed, pairs = int((acting.harm_verdict == "more").sum()), acting.groupby("caregiver").size().max()
-    page = (docs / "results" / "README.md").read_text("utf-8")  # for a p of 1 / 2^14 is rounded in a table of houses
+    harm = pd.read_csv(
+        docs / "results" / "tables" / "harm_by_hazards.csv"
+    )  # in tables of houses a p of 1 / 2^14 is rounded
     could = [
-        _decidable(page, "Grid, 100 houses (test-100)", name) + _decidable_in(drawn, name) for name in _CLAIMED[1:]
+        _decidable(harm, "Grid, 100 houses (test-100)", name) + _decidable_in(drawn, name) for name in _CLAIMED[1:]
     ]
-    who = ", ".join(f"`{name}`" for name in _CLAIMED[1:-1]) + f" or `{_CLAIMED[-1]}`"
+    others = pd.read_csv(docs / "children" / "tables" / "harm_by_hazards.csv").query("caregiver == 'expected-danger'")
+    worst = others.iloc[0]  # in the grid
     robot = house[house.caregiver != "none"]
     struck, grazed, dropped = (
         round((robot[column] * robot.episodes).sum()) for column in ("strikes", "strikes_surface", "candles_dropped")
     )
     shown = max(_decidable_in(robot, name) for name in robot.caregiver.unique())
     text = (
-        f"In {harmed or 'none'} of {pairs} (house, toddler) pairs of the grid did {who} do significantly more damage "
-        f"than no caregiver; harm could have been detected in {min(could)} to {max(could)} of them. In "
-        f"{robot.episodes.sum():,} episodes in the physical house the robot struck a child {struck} times, {grazed} "
-        f"times by the stricter count, and dropped {dropped} things; more damage could have been detected in "
-        f"{shown or 'none'} of its {robot.groupby('caregiver').size().max()} pairs. "
-        "`expected-danger`, the paper's rule, does harm to "
-        "children that head for the robot in a few pairs ([Limits](docs/guide/limits.md))."
+        "`nearest`, `expected-danger` (the paper's rule) and `foresight` significantly increased damage in "
+        f"{harmed} of {pairs} (house, toddler) pairs of the grid; an increase could have been detected in {min(could)} "
+        f"to {max(could)} of them. The worst is a child that follows the robot: with other children `expected-danger` "
+        f"increased damage in {worst['cells with harm']} pairs, by {worst.difference.split()[0]} an episode in one. In "
+        f"{robot.episodes.sum():,} episodes in the physical house the robot struck a child {struck} times ({grazed} by "
+        f"the stricter count) and dropped {dropped} things; an increase could have been detected in {shown} of "
+        f"{robot.groupby('caregiver').size().max()} pairs. [Limits](docs/guide/limits.md)"
     )
     rows = [
         f"| {title} | " + " | ".join(f"{_summed(cells, name):.1f}" for name in ("none", *_CLAIMED[2:])) + " |"
         for title, cells in (
-            ("grid, 100 houses (`test-100`), sum over five toddlers", test),
-            ("grid, ten houses drawn by hand (`drawn-10`), likewise", drawn),
-            ("physical house, 120 of all shapes, likewise", house),
+            ("grid, 100 houses (`test-100`)", test),
+            ("grid, ten houses drawn by hand (`drawn-10`)", drawn),
+            ("physical house, 120 of all shapes", house),
         )
     ]
-    head = ["| damage in an episode | alone | `expected-danger` | `foresight` |", "|---|---|---|---|"]
+    head = [
+        "| damage in an episode, summed over five toddlers | alone | `expected-danger` | `foresight` |",
+        "|---|---|---|---|",
+    ]
     return "\n".join([textwrap.fill(text, 120, break_long_words=False, break_on_hyphens=False), "", *head, *rows])
 
 
-def _decidable(page: str, title: str, caregiver: str) -> int:
-    """Return in how many pairs of a run harm could be shown, as the page of results says."""
-    table = re.split(rf"### Harm(?: by hazards)? — {re.escape(title)}\n", page)[1]
-    return int(next(line for line in table.splitlines() if line.startswith(f"| {caregiver} |")).split("|")[3])
+def _decidable(harm: pd.DataFrame, run: str, caregiver: str) -> int:
+    """Return in how many pairs of a run harm could be shown, as the report says."""
+    return int(harm.loc[(harm.run == run) & (harm.caregiver == caregiver), "could be shown in"].item())
 
 
 def _decidable_in(cells: pd.DataFrame, caregiver: str) -> int:

@@ -1,10 +1,32 @@
-"""README's first claim is what the tables in the documentation say."""
+"""README's first claim is what the tables in the documentation say, and the report's tables become CSV."""
 
 import pathlib
 
-from studies.results import main_results, write_main_results
+from studies.results import main_results, report_tables, write_main_results
 
 ROOT = pathlib.Path(__file__).parents[2]
+REPORT = """# Tables
+
+### Harm by hazards — Grid (paper)
+
+| caregiver | could be shown in |
+| --- | --- |
+| `nearest` | 5 |
+
+Words.
+
+### Harm by hazards — Physical house
+
+| caregiver | could be shown in |
+| --- | --- |
+| nearest | 4 |
+
+## Toys, kept
+
+| a | b |
+|---|---|
+| 1 | 2 |
+"""
 
 
 def test_readme_has_what_the_tables_say(tmp_path):
@@ -12,5 +34,12 @@ def test_readme_has_what_the_tables_say(tmp_path):
     readme.write_text((ROOT / "README.md").read_text("utf-8"), "utf-8")
     write_main_results(ROOT / "docs", readme)
     assert readme.read_text("utf-8") == (ROOT / "README.md").read_text("utf-8")
-    # In docs/results/README.md harm could be shown in 278 to 282 of the 500 pairs of `test-100`.
-    assert "of 550 (house, toddler) pairs" in " ".join(main_results(ROOT / "docs").split())
+    # In docs/results/tables/harm_by_hazards.csv harm could be shown in 278 to 282 of the 500 pairs of `test-100`.
+    assert "550 (house, toddler) pairs" in " ".join(main_results(ROOT / "docs").split())
+
+
+def test_tables_of_a_report_by_title_and_run():
+    tables = report_tables(REPORT)
+    assert [*tables] == ["harm_by_hazards", "toys_kept"]
+    assert tables["harm_by_hazards"].values.tolist() == [["Grid (paper)", "nearest", "5"], ["Physical house", "nearest", "4"]]
+    assert tables["toys_kept"].to_dict("list") == {"run": [""], "a": ["1"], "b": ["2"]}
