@@ -12,7 +12,7 @@ import pathlib
 import re
 from collections.abc import Iterator
 from types import ModuleType
-from typing import Any
+from typing import Any, ForwardRef
 
 import caregiver_mj
 
@@ -76,7 +76,7 @@ def _page(title: str, modules: str) -> str:
     parts = [f"# {title}"]
     for name in modules.split():
         module = importlib.import_module(f"caregiver_mj.{name}")
-        parts += [f"## {module.__name__}", _summary(module)]
+        parts += [f"## {module.__name__}", inspect.getdoc(module) or ""]
         for found, one in _public(module):
             parts += _object(found, one)
     return "\n\n".join(filter(None, parts)) + "\n"
@@ -134,6 +134,8 @@ def _signature(name: str, one: Any) -> str:
 
 
 def _annotation(kind: Any) -> str:
+    if isinstance(kind, ForwardRef):  # of a named tuple's fields
+        return kind.__forward_arg__
     return kind if isinstance(kind, str) else getattr(kind, "__name__", str(kind))
 
 

@@ -143,6 +143,7 @@ def score(entry: Entry, policy: str, number: int, house: FloorPlan) -> dict[str,
         cost, strikes, ended = cost + info["cost"], strikes + info["strikes"], terminated or truncated
     env.close()
     end = {"reached": int(rewards[-1] >= REACHED), "diverged": int(info["diverged"])}
+    end |= {"score": round(float(info["episode_score"]), 3)}
     return {"house": house.name, "seed": seed, "return": round(sum(rewards), 3), "cost": cost, "strikes": strikes} | end
 
 

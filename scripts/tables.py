@@ -23,7 +23,6 @@ import caregiver_mj
 from caregiver_mj.caregivers.target_observation import OBSERVATIONS
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.cli import make_parser
-from caregiver_mj.envs.spaces import STRIKE_COST
 from caregiver_mj.recording.record import COLUMNS
 from caregiver_mj.robot.embodiment import CommandLayout
 from caregiver_mj.robot.embodiments import EMBODIMENTS
@@ -110,11 +109,12 @@ def _value_of(layout: CommandLayout, number: int, name: str) -> tuple[str, str]:
 
 
 def environments() -> str:
-    """Return a section for each environment, with film, purpose, facts and scores."""
-    return "\n\n".join(_section(*one) for one in gallery.ENTRIES.items())
+    """A section for each environment: its film, what it asks for, facts and scores."""
+    known: dict[str, tuple[set[str], str]] = {}  # observations and action of the sections before, by their titles
+    return "\n\n".join(_section(*one, known) for one in gallery.ENTRIES.items())
 
 
-def _section(name: str, entry: gallery.Entry) -> str:
+def _section(name: str, entry: gallery.Entry, known: dict[str, tuple[set[str], str]]) -> str:
     env, task = _environment(entry.id, **entry.kwargs), TASKS.get(name)
     kind = task.find_kind() if task else type(env)
     (purpose, *_), units = (inspect.getdoc(inspect.getmodule(kind)) or "").splitlines(), {}
@@ -137,18 +137,21 @@ def _section(name: str, entry: gallery.Entry) -> str:
         reward = "minus the damage to the children since the last action."
     if entry.kwargs.get("world") == "grid":
         makers.append(f"gymnasium.make_vec({made}, num_envs=256)")
-    shown = (f"`{key}` {box.shape}{units.get(key, '')}" for key, box in env.observation_space.items())
+    title = f"`{name}`" if task else f"Targets in the {entry.kwargs['world']}"
+    shown = [f"`{key}` {box.shape}{units.get(key, '')}" for key, box in env.observation_space.items()]
+    like = next((other for other, (keys, _) in known.items() if keys <= set(shown)), None)
+    seen = [f"as {like}", *(each for each in shown if each not in known[like][0])] if like else shown
+    doing = next((f"as {other}" for other, (_, did) in known.items() if did == action), action)
+    known[title] = set(shown), action
     facts = [
         ["make", ", ".join(f"`{maker}`" for maker in makers)],
-        ["observation", "; ".join(shown)],
-        ["action", action],
+        ["observation", "; ".join(seen)],
+        ["action", doing],
         ["reward", reward],
-        ["cost", f"the damage to the children since the last action, and {STRIKE_COST:g} for every strike."],
         ["ends", f"truncated after {ends}."],
     ]
     if task and kind.needs:
         facts.append(["needs", f"a {kind.needs.name} in the house"])
-    title = f"`{name}`" if task else f"Targets in the {entry.kwargs['world']}"
     film = f"![The scripted caregiver `{entry.policies[-1]}` at work](../environments/{name}.gif)"
     sentence = purpose.partition(": ")[2]
     parts = (f"## {title}", film, sentence[:1].upper() + sentence[1:], table([f"in `{_HOUSE}`", ""], facts))
@@ -158,8 +161,7 @@ def _section(name: str, entry: gallery.Entry) -> str:
 def _scores(name: str, entry: gallery.Entry) -> str:
     """Return the scores of policies in an environment: means, least and greatest; intervals need more episodes."""
     titles = {"return": "return", "cost": "cost", "strikes": "of which strikes"}
-    if entry.policies == gallery.GOAL:
-        titles["reached"] = "goal reached"
+    titles |= {"reached": "goal reached"} if entry.policies == gallery.GOAL else {"score": "score"}
     found = [row for row in gallery.read_scores() if row["environment"] == name]
     rows = []
     for policy in entry.policies:
