@@ -219,7 +219,7 @@ def take_tables(text: str) -> tuple[str, dict[str, str]]:
         titles, *rows = markdown_cells(lines)
         rows = rows if name in tables else [titles, *rows]
         tables[name] = tables.get(name, "") + as_csv(rows)
-    return _MARK.sub("", text), tables
+    return _MARK.sub("", text).rstrip("\n") + "\n", tables
 
 
 def markdown_cells(lines: str) -> list[list[str]]:

@@ -70,10 +70,10 @@ def test_the_page(tmp_path, capsys):
     text = (tmp_path / "shapes.md").read_text()
     assert "Alone, 8 of 8 episodes have the same damage" in " ".join(text.split())
     assert "4 of these episodes were also run in the grid" in text
-    lines = [line.split("|")[1:-1] for line in text.splitlines() if "`expected-danger` |" in line]
-    rows, slowed = lines[:3], lines[3:]
-    assert [line[0].strip() for line in slowed] == ["house", "home", "all"]
-    shapes, counts, _, _, grid, house, _ = zip(*([cell.strip() for cell in row] for row in rows), strict=True)
-    assert (shapes, counts) == (("house", "home", "all"), ("2", "2", "4"))
+    rows, slowed = (pd.read_csv(tmp_path / f"{name}.csv") for name in ("shapes", "shapes_pace"))
+    assert [*slowed["shape"]] == [*rows["shape"]] == ["house", "home", "all"]
+    assert [*rows.houses] == [2, 2, 4]
+    grid, house = rows.grid, rows.house
+    assert f"| {grid[2]:.2f} | {house[2]:.2f} |" in text
     for means in (grid, house):  # of as many houses of each shape
         assert float(means[2]) == pytest.approx((float(means[0]) + float(means[1])) / 2, abs=0.01)
