@@ -168,7 +168,9 @@ def _scores(name: str, entry: gallery.Entry) -> str:
         own = [row for row in found if row["policy"] == policy]
         each = [[float(row[key]) for row in own] for key in titles]
         if own:
-            shown = (f"{np.mean(of):.2f}" + f" ({min(of):.0f} to {max(of):.0f})" * (min(of) < max(of)) for of in each)
+            digits = [2 if key == "score" else 0 for key in titles]
+            ends = [f" ({min(of):.{n}f} to {max(of):.{n}f})" for of, n in zip(each, digits, strict=True)]
+            shown = (f"{np.mean(of):.2f}" + end * (min(of) < max(of)) for of, end in zip(each, ends, strict=True))
             rows.append([f"`{policy}`", len(own), *shown])
     return table(["policy", "episodes", *titles.values()], rows) if rows else "Not scored yet."
 
