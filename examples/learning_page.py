@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import pathlib
+import subprocess
 import textwrap
 from collections.abc import Callable, Sequence
 
@@ -19,6 +20,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import EngFormatter
 
 from caregiver_mj.experiments.intervals import Estimate
+from caregiver_mj.experiments.provenance import source_digest
 from caregiver_mj.experiments.statistics import Sample, pairs
 from caregiver_mj.experiments.two_level import of_difference, of_ratio
 from caregiver_mj.viz import colours
@@ -67,51 +69,45 @@ def page(rows: pd.DataFrame, targets: dict[str, pd.DataFrame], stairs: dict[str,
     parts = [
         "# Policies that learn",
         fill(
-            "Two committed examples train on a CPU without a GPU, with Stable-Baselines3 and sb3-contrib "
-            "(extra `learn`; [examples/](../examples/README.md) says how to install it). Results for every "
-            "seed are below. They are printed by"
+            f"Of version {version()}. What do the committed examples learn on a CPU, with Stable-Baselines3 and "
+            "sb3-contrib (extra `learn`, [examples/](../examples/README.md))?"
         ),
         f"    python examples/supervise_targets.py --steps {steps}\n"
         f"    python examples/judge_targets.py --houses test-{houses} --episodes {episodes}\n"
         f"    python examples/block_stairs.py --decisions {decisions}\n"
         "    python examples/learning_page.py --docs docs",
-        "![Training curves of both examples, a line a seed](learning.png)",
+        "![Training curves of both examples, a line for each seed](learning.png)",
+        fill(_said(rows)),
+        "## Which hazard to protect from, in any house",
         fill(
-            "The curves show training, in which actions are sampled; the tables show the actions that a policy "
-            "prefers, which are better. Started again with a higher number, both trainings go on from there."
-        ),
-        "## Which hazard to see to, in any house",
-        fill(
-            "MaskablePPO on the target level of the grid: every novice timestep the policy chooses a stairwell, a "
-            f"candle, or nothing. {len(targets)} seeds, each of at least {steps:,} timesteps ({used} core-minutes) "
-            "in the houses of `train-100`, five at a time, with novices of epsilon .75, .5 and .25. There are slots "
-            "for four stairwells and five candles, as many as any house of `train-100` and `test-100` has. Of each "
-            "hazard it sees how near it is to the child, now and at the last three timesteps, and to the robot, what "
-            "it costs, and whether it is held or under way. One small network looks at every hazard in turn, so the "
-            "order of the slots does not matter. It sees neither walls nor bins, so it cannot tell where the child is "
-            "heading as `foresight` does."
-        ),
-        fill(
-            f"Damage left, in {houses} houses that it has not seen (`test-{houses}`), {episodes} episodes of each "
-            f"novice in each; 95 % intervals with the house as unit of chance. `{RULE}` is the paper's rule in the "
-            "policy's place: it chooses a target once a timestep, not before each of the robot's three actions."
+            f"MaskablePPO on targets in the grid, {len(targets)} seeds of at least {steps:,} timesteps ({used} "
+            "core-minutes) in `train-100`, novices of epsilon .75, .5 and .25. For each hazard it sees distances, "
+            "damage and whether it is held or under way; neither walls nor bins. One network looks at every hazard in "
+            f"turn. Damage left in `test-{houses}`, {episodes} episodes of each novice, 95 % intervals over houses; `{RULE}` "
+            "is the rule deciding once a timestep, as the policy does."
         ),
         _left(rows),
-        fill(f"Damage per episode, less that of others in the same episodes (*{PPO}* is the mean of its seeds):"),
+        fill(f"Damage of an episode, less that of others in the same episodes (*{PPO}* is the mean of its seeds):"),
         _differences(rows),
-        fill(_said(rows)),
         "## Driving into a stairwell",
         fill(
-            "PPO on `caregiver_mj/BlockStairs-v0`, in house `paper`: a decision every 20 control steps (0.4 s) "
-            f"about the velocity of the base only; arm and gripper stay as they are. {len(stairs)} seeds of at "
-            f"least {decisions:,} decisions each ({of_stairs} core-minutes). Judged without noise on "
-            f"{judged.episode.nunique()} episodes that none was trained on: the mean reward per control step, from 0 "
-            "to 1, with its standard deviation between episodes, and the cost (damage to the child and strikes) per "
-            "episode."
+            "PPO on `caregiver_mj/BlockStairs-v0`, house `paper`: a decision every 20 control steps (0.4 s) about the "
+            f"velocity of the base. {len(stairs)} seeds of at least {decisions:,} decisions ({of_stairs} "
+            f"core-minutes), judged without noise on {judged.episode.nunique()} other episodes: mean reward of a "
+            "control step with its standard deviation between episodes, and cost of an episode."
         ),
         _stairs(judged),
     ]
     return "\n\n".join(parts) + "\n"
+
+
+def version() -> str:
+    """The commit that the page is of, or the digest of the sources where there is no repository."""
+    describe = ["git", "-C", str(pathlib.Path(__file__).parent), "describe", "--always", "--dirty", "--abbrev=8"]
+    try:
+        return subprocess.run([*describe, "--exclude", "*"], capture_output=True, text=True, check=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return source_digest()
 
 
 def _spent(curves: dict[str, pd.DataFrame], what: str) -> tuple[int, str]:
@@ -122,7 +118,7 @@ def _spent(curves: dict[str, pd.DataFrame], what: str) -> tuple[int, str]:
 
 def _left(rows: pd.DataFrame) -> str:
     seeds = sorted({name for name in rows.caregiver if name.startswith("PPO, ")})
-    names = ["nearest", "paper", RULE, *seeds, PPO, *SCRIPTED[3:]]
+    names = ["nearest", "paper", RULE, PPO, *SCRIPTED[3:]]
     lines = [(f"`{name}`", *_each(rows, name, "none", of_ratio, 2)) for name in names]
     spread = [
         f"{np.std([_value(rows, seed, family) for seed in seeds], ddof=1) / _value(rows, 'none', family):.3f}"
@@ -134,7 +130,7 @@ def _left(rows: pd.DataFrame) -> str:
 
 
 def _differences(rows: pd.DataFrame) -> str:
-    others = ("nearest", "paper", RULE, "foresight", "knows-goal")
+    others = ("paper", "foresight")
     lines = [(f"`{other}`", *_each(rows, PPO, other, of_difference, 2, "+")) for other in others]
     return table((f"{PPO}, less", *_titles(rows)), lines)
 
@@ -148,7 +144,7 @@ def _said(rows: pd.DataFrame) -> str:
             word = "less" if estimate.high < 0 else "more" if estimate.low > 0 else "neither detectably less nor more"
             verdicts[word].append(f"{100 * float(family):g} %")
         parts = [f"{word} damage at {', '.join(cells)} random" for word, cells in verdicts.items() if cells]
-        said.append(f"Against `{other}` it leaves {'; '.join(parts)}.")
+        said.append(f"Against `{other}` {PPO} leaves {'; '.join(parts)}.")
     return " ".join(said) + " Nothing is corrected for the number of comparisons."
 
 
