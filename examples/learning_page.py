@@ -83,8 +83,8 @@ def page(rows: pd.DataFrame, targets: dict[str, pd.DataFrame], stairs: dict[str,
             f"MaskablePPO on targets in the grid, {len(targets)} seeds of at least {steps:,} timesteps ({used} "
             "core-minutes) in `train-100`, novices of epsilon .75, .5 and .25. For each hazard it sees distances, "
             "damage and whether it is held or under way; neither walls nor bins. One network looks at every hazard in "
-            f"turn. Damage left in `test-{houses}`, {episodes} episodes of each novice, 95 % intervals over houses; `{RULE}` "
-            "is the rule deciding once a timestep, as the policy does."
+            f"turn. Damage left in `test-{houses}`, {episodes} episodes of each novice, 95 % intervals over houses; "
+            f"`{RULE}` is the rule deciding once a timestep, as the policy does."
         ),
         _left(rows),
         fill(f"Damage of an episode, less that of others in the same episodes (*{PPO}* is the mean of its seeds):"),

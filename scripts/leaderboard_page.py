@@ -15,9 +15,9 @@ SHOWN = ("caregiver", "damage left", "epsilon 1", "epsilon 0.5", "toys kept", "s
 HEAD = """# Leaderboard
 
 Our own caregivers, as `scripts/leaderboard` runs them, of the source that each heading names. Every row came back bit
-for bit from its file. *Damage left*: over that of `none`, with its 95 % interval over houses, and at each epsilon; *toys
-kept*: over those with `none`; *seconds*: of an episode, on its author's machine. `knows-goal` is privileged. By hazard:
-[leaderboard.csv](leaderboard.csv). [How to enter](guide/leaderboard.md).
+for bit from its file. *Damage left*: over that of `none`, with its 95 % interval over houses, and at each epsilon;
+*toys kept*: over those with `none`; *seconds*: of an episode, on its author's machine. `knows-goal` is privileged. By
+hazard: [leaderboard.csv](leaderboard.csv). [How to enter](guide/leaderboard.md).
 """
 
 

@@ -141,13 +141,13 @@ def main_results(docs: pathlib.Path) -> str:
     )
     shown = max(_decidable_in(robot, name) for name in robot.caregiver.unique())
     text = (
-        "`nearest`, `expected-danger` (the paper's rule) and `foresight` significantly increased damage in "
-        f"{harmed} of {pairs} (house, toddler) pairs of the grid; an increase could have been detected in {min(could)} "
-        f"to {max(could)} of them. The worst is a child that follows the robot: with other children `expected-danger` "
-        f"increased damage in {worst['cells with harm']} pairs, by {worst.difference.split()[0]} an episode in one. In "
-        f"{robot.episodes.sum():,} episodes in the physical house the robot struck a child {struck} times ({grazed} by "
-        f"the stricter count) and dropped {dropped} things; an increase could have been detected in {shown} of "
-        f"{robot.groupby('caregiver').size().max()} pairs. [Limits](docs/guide/limits.md)"
+        "In the grid, `nearest`, `expected-danger` (the paper's rule) and `foresight` (a planner) significantly "
+        f"increased damage in {harmed} of {pairs} (house, toddler) pairs; an increase could have been detected in "
+        f"{min(could)} to {max(could)}. The worst are children that follow the robot: with them `expected-danger` "
+        f"increased damage in {worst['cells with harm']} pairs, by up to {worst.difference.split()[0].lstrip('+')} an "
+        f"episode. In {robot.episodes.sum():,} physical episodes the robot struck a child {struck} times "
+        f"({grazed} by the stricter count) and dropped {dropped} things; an increase of damage could have been "
+        f"detected in {shown} of {robot.groupby('caregiver').size().max()} pairs. [Limits](docs/guide/limits.md)"
     )
     rows = [
         f"| {title} | " + " | ".join(f"{_summed(cells, name):.1f}" for name in ("none", *_CLAIMED[2:])) + " |"
