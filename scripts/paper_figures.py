@@ -1,7 +1,8 @@
-"""Draw the figures of docs/what_keeps_a_child_safe.md from the tables of other pages."""
+"""Draws the figures of docs/results.md, from the tables of other pages."""
 
 from __future__ import annotations
 
+import csv
 import json
 import pathlib
 import re
@@ -16,17 +17,21 @@ from matplotlib.figure import Figure
 from caregiver_mj.viz.colours import BIN, unit
 from caregiver_mj.viz.figures import ALONE, GUARDED, Series, damage_left
 from caregiver_mj.viz.figures.style import HEIGHT, INK, STYLE, WIDTH, explain
+from study import markdown_cells
 
 DOCS = pathlib.Path(__file__).parents[1] / "docs"
 Rows = list[dict[str, str]]  # of a table, by its titles
 _COLOURS = {"alone": unit(ALONE), "expected-danger": unit(GUARDED), "foresight": unit(BIN)}
 
 
-def read(page: str, before: str) -> Rows:
-    """Return the first table after some words of a page, without markup."""
-    text = (DOCS / page).read_text("utf-8").partition(before)[2]
-    lines = text[text.index("\n|") :].lstrip().partition("\n\n")[0].splitlines()
-    titles, _, *rows = ([re.sub("[`*]", "", cell).strip() for cell in line.split("|")[1:-1]] for line in lines)
+def read(page: str, before: str = "") -> Rows:
+    """A table: a CSV file, or the first one after some words of a page, without its marks."""
+    text = (DOCS / page).read_text("utf-8")
+    if page.endswith(".csv"):
+        titles, *rows = csv.reader(text.splitlines())
+    else:
+        text = text.partition(before)[2]
+        titles, *rows = markdown_cells(text[text.index("\n|") :].lstrip().partition("\n\n")[0])
     return [dict(zip(titles, row, strict=True)) for row in rows]
 
 
@@ -57,7 +62,9 @@ def learned(card: Rows, trained: Rows, now: Rows) -> Figure:
     seeds = np.array([share for name, share in left.items() if re.match(r"learned, seed", name)])
     lines = [Series(name, *[left[name]] * 3) for name in ("rule", "foresight")]  # single numbers without range
     lines.append(Series("learned, three seeds", left["learned, mean"], seeds.min(axis=0), seeds.max(axis=0)))
-    older, floor = ({row["caregiver"]: [*row.values()][1:] for row in rows} for rows in (trained, now))
+    first = [row for row in now if row["run"] == now[0]["run"]]
+    older = {row["caregiver"]: [*row.values()][1:] for row in trained}
+    floor = {row["caregiver"]: [*row.values()][2:] for row in first}
     lines.append(series("MaskablePPO", older["MaskablePPO"]))
     figure = damage_left([title.replace(" random", "") for title in novices], lines, series("floor", floor["floor"]))
     figure.axes[0].set_xlabel("share of the child's moves that are random")
@@ -120,12 +127,12 @@ def _mark(axes: Axes, place: float, cell: str, name: str, across: bool = False) 
         (axes.hlines if across else axes.vlines)(place, *ends, color=_COLOURS[name], linewidth=2)
 
 
-_GRID = ("results/README.md", "### Damage left by each caregiver — Grid, 100 houses")
-FIGURES: dict[str, tuple[Callable[..., Figure], tuple[tuple[str, str], ...]]] = {  # with their tables
-    "safe_sight.svg": (sight, (("sight.md", "## What is left"),)),
-    "safe_gates.svg": (gates, (("homes.md", "Damage per episode by kind,"), ("homes.md", "## What gates are worth"))),
-    "safe_learned.svg": (learned, (("guide/training.md", "Model card"), ("learning.md", "Damage left, in"), _GRID)),
-    "safe_physics.svg": (physics, (("shapes.md", "Mean damage"),)),
+_GRID = "results/tables/damage_left_by_each_caregiver.csv"
+FIGURES: dict[str, tuple[Callable[..., Figure], tuple[tuple[str, ...], ...]]] = {  # what is drawn of which tables
+    "safe_sight.svg": (sight, (("sight.md", "share of the way"),)),
+    "safe_gates.svg": (gates, (("homes_kinds.csv",), ("homes.md", "## By hazard"))),
+    "safe_learned.svg": (learned, (("learned_test.csv",), ("learning.md", "Damage left"), (_GRID,))),
+    "safe_physics.svg": (physics, (("shapes.csv",),)),
 }
 
 

@@ -41,5 +41,8 @@ def test_readme_has_what_the_tables_say(tmp_path):
 def test_tables_of_a_report_by_title_and_run():
     tables = report_tables(REPORT)
     assert [*tables] == ["harm_by_hazards", "toys_kept"]
-    assert tables["harm_by_hazards"].values.tolist() == [["Grid (paper)", "nearest", "5"], ["Physical house", "nearest", "4"]]
+    assert tables["harm_by_hazards"].values.tolist() == [
+        ["Grid (paper)", "nearest", "5"],
+        ["Physical house", "nearest", "4"],
+    ]
     assert tables["toys_kept"].to_dict("list") == {"run": [""], "a": ["1"], "b": ["2"]}
