@@ -36,18 +36,18 @@ _TARGETS = "caregiver_mj/Supervise-Targets-v0"
 _OBSERVED_OF_TARGETS = {
     "clock": "elapsed share of the episode",
     "child_position": "row and column of each child's cell, as shares of the house's",
-    "child_move": "its last move, north, east, south or west, one-hot; all 0 for none",
+    "child_move": "its last move, north, east, south or west, one-hot; all 0 where it made none",
     "caregiver_position": "row and column of the caregiver's cell, as shares of the house's",
-    "hazard_damage": "damage of a collision with each hazard, over the greatest damage",
+    "hazard_damage": "damage of a collision with each hazard, over the greatest",
     "hazard_nearness_to_child": "1 over the moves until each child would run into each hazard; 0 if it cannot",
-    "hazard_nearness_to_caregiver": "1 over one more than the caregiver's moves to its place of action",
+    "hazard_nearness_to_caregiver": "1 over one more than the caregiver's moves to its place for each hazard",
     "holding": "the candle in its hand, one-hot",
-    "under_way": "the present action, one-hot",
-    "action_mask": "whether each action has an effect",
+    "under_way": "the current action, one-hot",
+    "action_mask": "which actions do something",
     "map": "the house from above, north up: planes, rows, columns",
-    "nodes": "values of the planes in each cell that is not wall, in reading order",
-    "node_mask": "whether each node exists",
-    "edges": "pairs of node numbers: edge 4 n + a leads from node n to the target of move a, or back",
+    "nodes": "the planes' values in each cell that is not wall, in reading order",
+    "node_mask": "which nodes exist",
+    "edges": "two nodes each: edge 4 n + a leads from node n by move a, and back",
 }
 
 
@@ -79,8 +79,8 @@ def observation() -> str:
         of = "" if key in OBSERVED else f" (`{name}` only)"
         rows.append([f"`{key}`", seen.shape, shape, seen.unit, bounds, seen.meaning + of])
     if spaces:
-        raise ValueError(f"tasks.base must describe {', '.join(spaces)}")
-    return table(["key", "shape", f"in `{_HOUSE}`", "unit", "within, in Gymnasium", "is"], rows)
+        raise ValueError(f"tasks.base does not say what {', '.join(spaces)} is")
+    return table(["key", "shape", f"in `{_HOUSE}`", "unit", "bounds in Gymnasium", "is"], rows)
 
 
 def action() -> str:
@@ -105,7 +105,7 @@ def _value_of(layout: CommandLayout, number: int, name: str) -> tuple[str, str]:
         return ("rad/s", "rate of turning") if "yaw" in name else ("m/s", "velocity in the house's axes")
     if number in range(layout.size)[layout.gripper]:
         return "m", "target distance of each finger from the middle"
-    return "rad", "target angle of the joint"
+    return "rad", "target of the joint"
 
 
 def environments() -> str:

@@ -34,7 +34,7 @@ from study import table as in_markdown
 
 EPSILONS = (1.0, 0.5, 0.05)
 CAREGIVERS = {
-    "knows-goal": "planner, told bin and epsilon (`knows-goal`)",
+    "knows-goal": "planner, privileged: bin and epsilon (`knows-goal`)",
     "foresight": "planner (`foresight`)",
     "paper": "rule (`paper`)",
 }
