@@ -142,12 +142,12 @@ def main_results(docs: pathlib.Path) -> str:
     shown = max(_decidable_in(robot, name) for name in robot.caregiver.unique())
     text = (
         "In the grid, `nearest`, `expected-danger` (the paper's rule) and `foresight` (a planner) significantly "
-        f"increased damage in {harmed} of {pairs} (house, toddler) pairs; an increase could have been detected in "
-        f"{min(could)} to {max(could)}. The worst are children that follow the robot: with them `expected-danger` "
-        f"increased damage in {worst['cells with harm']} pairs, by up to {worst.difference.split()[0].lstrip('+')} an "
+        f"increased damage in {harmed} of {pairs} conditions (a house and a toddler); an increase could have been "
+        f"detected in {min(could)} to {max(could)}. The worst are children that follow the robot: with them `expected-danger` "
+        f"increased damage in {worst['cells with harm']}, by up to {worst.difference.split()[0].lstrip('+')} an "
         f"episode. In {robot.episodes.sum():,} physical episodes the robot struck a child {struck} times "
         f"({grazed} by the stricter count) and dropped {dropped} things; an increase of damage could have been "
-        f"detected in {shown} of {robot.groupby('caregiver').size().max()} pairs. [Limits](docs/guide/limits.md)"
+        f"detected in {shown} of {robot.groupby('caregiver').size().max()}. [Limits](docs/guide/limits.md)"
     )
     rows = [
         f"| {title} | " + " | ".join(f"{_summed(cells, name):.1f}" for name in ("none", *_CLAIMED[2:])) + " |"

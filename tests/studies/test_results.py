@@ -34,8 +34,8 @@ def test_readme_has_what_the_tables_say(tmp_path):
     readme.write_text((ROOT / "README.md").read_text("utf-8"), "utf-8")
     write_main_results(ROOT / "docs", readme)
     assert readme.read_text("utf-8") == (ROOT / "README.md").read_text("utf-8")
-    # In docs/results/tables/harm_by_hazards.csv harm could be shown in 278 to 282 of the 500 pairs of `test-100`.
-    assert "550 (house, toddler) pairs" in " ".join(main_results(ROOT / "docs").split())
+    # In docs/results/tables/harm_by_hazards.csv harm could be shown in 278 to 282 of the 500 conditions of `test-100`.
+    assert "550 conditions" in " ".join(main_results(ROOT / "docs").split())
 
 
 def test_tables_of_a_report_by_title_and_run():
