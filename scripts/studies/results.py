@@ -135,6 +135,7 @@ def main_results(docs: pathlib.Path) -> str:
     ]
     others = pd.read_csv(docs / "children" / "tables" / "harm_by_hazards.csv").query("caregiver == 'expected-danger'")
     worst = others.iloc[0]  # in the grid
+    most = worst.difference.split()[0].lstrip("+")
     robot = house[house.caregiver != "none"]
     struck, grazed, dropped = (
         round((robot[column] * robot.episodes).sum()) for column in ("strikes", "strikes_surface", "candles_dropped")
@@ -143,8 +144,8 @@ def main_results(docs: pathlib.Path) -> str:
     text = (
         "In the grid, `nearest`, `expected-danger` (the paper's rule) and `foresight` (a planner) significantly "
         f"increased damage in {harmed} of {pairs} conditions (a house and a toddler); an increase could have been "
-        f"detected in {min(could)} to {max(could)}. The worst are children that follow the robot: with them `expected-danger` "
-        f"increased damage in {worst['cells with harm']}, by up to {worst.difference.split()[0].lstrip('+')} an "
+        f"detected in {min(could)} to {max(could)}. The worst are children that follow the robot: with them "
+        f"`expected-danger` increased damage in {worst['cells with harm']}, by up to {most} an "
         f"episode. In {robot.episodes.sum():,} physical episodes the robot struck a child {struck} times "
         f"({grazed} by the stricter count) and dropped {dropped} things; an increase of damage could have been "
         f"detected in {shown} of {robot.groupby('caregiver').size().max()}. [Limits](docs/guide/limits.md)"
