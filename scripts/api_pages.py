@@ -20,28 +20,21 @@ FOLDER = pathlib.Path(__file__).parents[1] / "docs" / "api"
 FRONT = ("load", "CaregiverPolicy", "FloorPlan", "house_names", "CaregiverError")
 # Pages by the names of their files: title, and modules below `caregiver_mj`.
 ROOMS = {
-    "danger": ("Safety and danger", "danger.safety danger.chain danger.belief danger.tracker danger.child_model"),
+    "danger": ("Safety and danger", "danger.safety danger.chain danger.belief danger.tracker"),
     "caregivers": (
         "Caregivers",
-        "caregivers.caregiver caregivers.percept caregivers.instructed caregivers.registry caregivers.paper "
-        "caregivers.foresight.foresight caregivers.foresight.motion caregivers.foresight.value_table",
+        "caregivers.caregiver caregivers.percept caregivers.registry caregivers.paper caregivers.foresight.foresight",
     ),
-    "children": ("Children", "children.behaviour children.family children.tape children.novice"),
+    "children": ("Children", "children.behaviour children.family children.tape"),
     "interventions": ("Interventions", "interventions.verb grid.verbs policy.routines"),
-    "plans": (
-        "Floor plans",
-        "plans.floor_plan plans.hazards plans.cell_graph plans.visibility plans.generator plans.sets",
-    ),
-    "worlds": ("The two worlds", "grid.world grid.state tasks.base house.physics recording.ledger recording.record"),
-    "envs": ("Gymnasium", "envs.house envs.targets envs.target_grid envs.houses_vector envs.film envs.spaces"),
-    "robot": (
-        "The robot",
-        "robot.embodiment robot.embodiments robot.limits robot.skills.skill robot.status robot.motion robot.driver",
-    ),
+    "plans": ("Floor plans", "plans.floor_plan plans.hazards plans.cell_graph plans.generator plans.sets"),
+    "worlds": ("The two worlds", "grid.world tasks.base recording.ledger recording.record"),
+    "envs": ("Gymnasium", "envs.house envs.targets envs.target_grid envs.houses_vector envs.film"),
+    "robot": ("The robot", "robot.embodiment robot.embodiments robot.limits robot.skills.skill robot.status"),
     "experiments": (
         "Experiments",
-        "experiments.spec experiments.settings experiments.runner recording.rollout experiments.evaluation "
-        "experiments.finished experiments.workers experiments.intervals experiments.statistics viz.film",
+        "experiments.spec experiments.settings experiments.runner experiments.evaluation experiments.finished "
+        "experiments.intervals experiments.statistics",
     ),
 }
 _MOST = 20  # parameters that a signature shows
