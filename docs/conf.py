@@ -28,15 +28,16 @@ html_show_copyright = False
 html_show_sphinx = False
 html_theme_options = {"footer_icons": []}
 
-_INCLUDED = {"(../examples/README.md)": "(guide/examples.md)"}  # pages from elsewhere, and where they are here
+# Links from pages to files outside of this folder, and the pages here that include these files.
+_INCLUDED = {"(../examples/README.md)": "(guide/examples.md)"}
 
 
-def _lead_to_what_is_included(app, docname, source):
-    """Study pages stand in the checkout as they are; what they link to outside of this folder has a page here."""
+def _redirect(app, docname, source):
+    """Point links to included files at the pages that include them; on a source host they stay as they are."""
     for elsewhere, here in _INCLUDED.items():
         source[0] = source[0].replace(elsewhere, here)
 
 
 def setup(app):
-    """Sees to links out of this folder."""
-    app.connect("source-read", _lead_to_what_is_included)
+    """Connect the redirection of links."""
+    app.connect("source-read", _redirect)

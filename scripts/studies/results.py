@@ -144,8 +144,8 @@ def main_results(docs: pathlib.Path) -> str:
     text = (
         "In the grid, `nearest`, `expected-danger` (the paper's rule) and `foresight` (a planner) significantly "
         f"increased damage in {harmed} of {pairs} conditions (a house and a toddler); an increase could have been "
-        f"detected in {min(could)} to {max(could)}. The worst are children that follow the robot: with them "
-        f"`expected-danger` increased damage in {worst['cells with harm']}, by up to {most} an "
+        f"detected in {min(could)} to {max(could)}. The worst is a child that follows the robot: with children of "
+        f"other kinds `expected-danger` increased damage in {worst['cells with harm']}, by up to {most} an "
         f"episode. In {robot.episodes.sum():,} physical episodes the robot struck a child {struck} times "
         f"({grazed} by the stricter count) and dropped {dropped} things; an increase of damage could have been "
         f"detected in {shown} of {robot.groupby('caregiver').size().max()}. [Limits](docs/guide/limits.md)"
