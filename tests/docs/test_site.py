@@ -9,6 +9,7 @@ import sys
 
 import api_pages
 import gallery
+import leaderboard_page
 import paper_figures
 import pytest
 import tables
@@ -139,3 +140,10 @@ def test_links_lead_somewhere():
         links = re.findall(r"(?:\]\(|src=\")([^)#\"]+)", page.read_text("utf-8"))
         local = [link for link in links if not link.startswith("http")]
         assert [link for link in local if not page.parent.joinpath(link).exists()] == [], page
+
+
+def test_the_leaderboard_shows_some_columns_and_keeps_all():
+    printed = "## grid, a\n\n| caregiver | by | damage left |\n| --- | --- | ---: |\n| `none` | – | 1.000 |\n"
+    text, rows = leaderboard_page.page(printed)
+    assert text.endswith("## grid, a\n\n| caregiver | damage left |\n| --- | ---: |\n| none | 1.000 |\n")
+    assert rows.to_dict("list") == {"caregiver": ["none"], "by": ["–"], "damage left": ["1.000"], "track": ["grid, a"]}
