@@ -46,6 +46,7 @@ FILE = re.compile(r"^```python\n# (\w+\.py)\n(.*?)^```", re.M | re.S)
 @pytest.fixture(autouse=True)
 def _elsewhere(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)  # where Python looks for a reader's modules
     (tmp_path / "my-house.txt").write_text(PLAN)
     files = [found for path in PAGES for found in FILE.findall(path.read_text("utf-8"))]
     for file, block in files:
