@@ -147,3 +147,16 @@ def test_the_leaderboard_shows_some_columns_and_keeps_all():
     text, rows = leaderboard_page.page(printed)
     assert text.endswith("## grid, a\n\n| caregiver | damage left |\n| --- | ---: |\n| none | 1.000 |\n")
     assert rows.to_dict("list") == {"caregiver": ["none"], "by": ["–"], "damage left": ["1.000"], "track": ["grid, a"]}
+
+
+def test_pages_stay_short():
+    """Words as `wc -w` has them, but for the marks of tables; API pages count in no limit."""
+    root = DOCS.parent
+    count = {
+        path: len(re.findall(r"\S*\w\S*", path.read_text("utf-8")))
+        for path in [*DOCS.rglob("*.md"), *root.glob("*.md")]
+        if api_pages.FOLDER not in path.parents
+    }
+    assert count[root / "README.md"] <= 500
+    assert count[DOCS / "guide/limits.md"] <= 1_000
+    assert sum(count.values()) <= 24_000
