@@ -210,7 +210,12 @@ class ForesightCaregiver(Caregiver):
         damage = options.damage.copy()
         if percept.out_of_reach is not None:
             damage[self.index.of_hazards(percept.out_of_reach[worlds], others=False)] = np.inf
-        goes_on = np.arange(damage.shape[1]) == self._begun[worlds, None]
+        begun, tables = self._begun[worlds], percept.candle_table[worlds]
+        candle = self.index.among(self.index.relocations, begun)
+        if tables.size:  # one that has put its candle down has nothing to go on with
+            there = tables[np.arange(len(worlds)), candle] == self._table[worlds]
+            begun = np.where((candle != NOTHING) & there, NOTHING, begun)
+        goes_on = np.arange(damage.shape[1]) == begun[:, None]
         return first_of_least(damage - goes_on * self._hysteresis * damage.min(axis=1, keepdims=True))
 
     def destination(self, percept: Percept, candle: np.ndarray) -> np.ndarray:

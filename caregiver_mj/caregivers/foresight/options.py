@@ -66,9 +66,9 @@ class Cases:
         wants = belief[which, cell].reshape(len(which), -1)[:, possible] / share[which, None]
         return cls(which, cell, wants.astype(np.float32))
 
-    def each_world(self, values: np.ndarray) -> np.ndarray:
-        """Add up what there is in each case, (N, ...), in every world, (W, ...)."""
-        return np.add.reduceat(values, np.flatnonzero(np.diff(self.which, prepend=-1)))
+    def each_world(self, values: np.ndarray, combine: np.ufunc = np.add) -> np.ndarray:
+        """Combine the values of all cases, (N, ...), of every world, (W, ...); by default add them up."""
+        return combine.reduceat(values, np.flatnonzero(np.diff(self.which, prepend=-1)))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -85,7 +85,7 @@ class Sums:
         going: Damage to come by what the caregiver does now and by the candles that are planned for, (N, options,
             groups of candles).
         carried: The same if a candle is in the hand by the child's next move, (N, candles, bare tables, groups).
-        got: Whether it is, bool (N, candles).
+        got: Probability that it is, (N, candles).
         near: Whether it reaches each cell by then, bool (N, R).
         lying: Damage to come of each thing on the floor if it is left there, (N, things).
         then: By how much it is more to pick up one thing after another, (N, things, things, groups).
@@ -121,7 +121,7 @@ class Sums:
             index,
             going=np.zeros((count, len(index), groups), np.float32),
             carried=np.zeros((count, candles, bare, groups), np.float32),
-            got=np.ones((count, candles), bool),
+            got=np.ones((count, candles), np.float32),
             near=np.ones((count, cells), bool),
             lying=np.zeros((count, things), np.float32),
             then=np.zeros((count, things, things, groups), np.float32),
@@ -160,7 +160,7 @@ class Sums:
         for candle, source in enumerate(tables.T):
             got, there, rest = motion.fetch(source, here, cell, left)
             in_hand = got == 1.0
-            self.got[:, candle] &= in_hand
+            np.minimum(self.got[:, candle], got, out=self.got[:, candle])
             found = np.einsum("wgs,ws->wg", values.at(layout, here[:, None], there[:, None]), belief)
             self.going[:, index.relocations.start + candle] += found
             stand = np.where(in_hand, there, motion.stands[source, motion.nearest[source, cell]])
@@ -187,13 +187,14 @@ class Sums:
     def by_world(self, cases: Cases) -> Sums:
         """Return what is to be expected of a child in each world, by that in each case."""
         sums: dict[str, Any] = {name: cases.each_world(getattr(self, name)) for name in _SUMMED}
-        got, near = (cases.each_world(~some) == 0 for some in (self.got, self.near))  # in each case
+        near = cases.each_world(~self.near) == 0  # in each case
+        got = cases.each_world(self.got, np.minimum)
         return dataclasses.replace(self, which=np.unique(self.which), got=got, near=near, **sums)
 
     def plus(self, other: Sums) -> Sums:
         """Return what is to be expected of all children, by that of some and others in each world."""
         sums: dict[str, Any] = {name: getattr(self, name) + getattr(other, name) for name in _SUMMED}
-        got, near = self.got & other.got, self.near & other.near
+        got, near = np.minimum(self.got, other.got), self.near & other.near
         return dataclasses.replace(self, got=got, near=near, **sums)
 
     def ends(self) -> tuple[np.ndarray, np.ndarray]:
@@ -229,7 +230,8 @@ class Sums:
             damage[:, index.relocations] = np.inf
             return Options(damage, np.full((len(worlds), index.candles), NOTHING))
         by_table = self.carried.min(axis=3) + all_left[..., None]  # (N, candles, bare tables)
-        damage[:, index.relocations] = np.where(self.got, by_table.min(axis=2), damage[:, index.relocations])
+        damage[:, index.relocations] *= 1.0 - self.got
+        damage[:, index.relocations] += self.got * by_table.min(axis=2)
         return Options(damage, np.take_along_axis(bare, first_of_least(by_table), axis=1))
 
 
