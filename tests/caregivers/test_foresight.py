@@ -11,7 +11,7 @@ from caregiver_mj.caregivers.foresight.foresight import (
     each_on_a_table,
 )
 from caregiver_mj.caregivers.foresight.motion import motion
-from caregiver_mj.caregivers.foresight.options import first_of_least
+from caregiver_mj.caregivers.foresight.options import Options, first_of_least
 from caregiver_mj.caregivers.foresight.value_table import (
     OBJECTIVE,
     AllLayouts,
@@ -374,6 +374,33 @@ class TestForesight:
         assert farthest != [chosen]
         caregiver.reset(1)
         assert caregiver.destination(held, candle).tolist() == farthest  # nothing has been chosen
+
+    def test_goes_on_with_a_candle_until_that_is_where_it_shall_be(self):
+        """What is as good but for less than the hysteresis does not interrupt a relocation; a finished one is over."""
+        plan = FloorPlan.parse(THREE_TABLES)
+        caregiver, worlds = ForesightCaregiver(plan), np.array([0])
+        begun = percept(plan, 2, 0)
+        answer = caregiver.decide(begun)
+        assert (answer.verb[0], answer.destination[0]) == (RELOCATE, 2)
+        relocation = caregiver.index.relocations.start
+        damage = np.ones((1, len(caregiver.index)))
+        damage[0, relocation] += caregiver._hysteresis / 2
+        options = Options(damage, np.array([[2]]))
+        assert caregiver.best(options, begun, worlds) == relocation
+        assert caregiver.best(options, percept(plan, 2, 0, candle_table=[2]), worlds) != relocation
+
+    def test_a_candle_that_may_be_in_the_hand_by_the_next_move_counts_as_likely_as_that_is(self):
+        """In half of the time that it takes to get it the damage is half way between with it and without it."""
+        plan = FloorPlan.parse(TABLES)
+        caregiver = ForesightCaregiver(plan)
+        caregiver.pace = Pace(cells=3.0, get=1.5)
+        seen, relocation = percept(plan, 9, 0), caregiver.index.relocations.start  # it stands at the table
+        without, half, with_it = (
+            caregiver.options(dataclasses.replace(seen, time_left=np.array([left])), np.array([0])).damage[0, relocation]
+            for left in (0.0, 0.25, 0.5)
+        )
+        assert with_it != pytest.approx(without)
+        assert half == pytest.approx((without + with_it) / 2)
 
     def test_picks_up_a_candle_from_the_floor_before_anything_else(self):
         plan = FloorPlan.parse(STAIRS_AND_TABLES)
