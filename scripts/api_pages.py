@@ -25,7 +25,7 @@ ROOMS = {
         "Caregivers",
         "caregivers.caregiver caregivers.percept caregivers.registry caregivers.paper caregivers.foresight.foresight",
     ),
-    "children": ("Children", "children.behaviour children.family children.tape"),
+    "children": ("Children", "children.behaviour children.child_group children.random_stream"),
     "interventions": ("Interventions", "interventions.verb grid.verbs policy.routines"),
     "plans": ("Floor plans", "plans.floor_plan plans.hazards plans.cell_graph plans.generator plans.sets"),
     "worlds": ("The two worlds", "grid.world tasks.base recording.ledger recording.record"),

@@ -396,7 +396,9 @@ class TestForesight:
         caregiver.pace = Pace(cells=3.0, get=1.5)
         seen, relocation = percept(plan, 9, 0), caregiver.index.relocations.start  # it stands at the table
         without, half, with_it = (
-            caregiver.options(dataclasses.replace(seen, time_left=np.array([left])), np.array([0])).damage[0, relocation]
+            caregiver.options(dataclasses.replace(seen, time_left=np.array([left])), np.array([0])).damage[
+                0, relocation
+            ]
             for left in (0.0, 0.25, 0.5)
         )
         assert with_it != pytest.approx(without)
