@@ -395,12 +395,8 @@ class TestForesight:
         caregiver = ForesightCaregiver(plan)
         caregiver.pace = Pace(cells=3.0, get=1.5)
         seen, relocation = percept(plan, 9, 0), caregiver.index.relocations.start  # it stands at the table
-        without, half, with_it = (
-            caregiver.options(dataclasses.replace(seen, time_left=np.array([left])), np.array([0])).damage[
-                0, relocation
-            ]
-            for left in (0.0, 0.25, 0.5)
-        )
+        times = (dataclasses.replace(seen, time_left=np.array([left])) for left in (0.0, 0.25, 0.5))
+        without, half, with_it = (caregiver.options(one, np.array([0])).damage[0, relocation] for one in times)
         assert with_it != pytest.approx(without)
         assert half == pytest.approx((without + with_it) / 2)
 
