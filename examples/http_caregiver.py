@@ -31,7 +31,7 @@ def decide(question: dict[str, Any]) -> dict[str, Any]:
 
 
 class Handler(BaseHTTPRequestHandler):
-    """Answers whoever posts a question."""
+    """Answers questions by POST."""
 
     def do_POST(self) -> None:
         """Answer one question."""

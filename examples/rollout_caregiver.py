@@ -118,7 +118,7 @@ class RolloutCaregiver(ForesightCaregiver):
 
 
 class Committed(ForesightCaregiver):
-    """`foresight`, but for the rest of the timestep it is told what to do: numbers of options, (B,), or NOTHING."""
+    """`foresight` with options fixed for the rest of the timestep: their numbers, (B,), or NOTHING."""
 
     def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
         super().reset(batch, seeds, children)
@@ -129,12 +129,12 @@ class Committed(ForesightCaregiver):
         self.option = np.full(len(self.option), NOTHING)
 
     def best(self, options: Options, percept: Percept, worlds: np.ndarray) -> np.ndarray:
-        told = self.option[worlds]
-        return np.where(told == NOTHING, super().best(options, percept, worlds), told)
+        fixed = self.option[worlds]
+        return np.where(fixed == NOTHING, super().best(options, percept, worlds), fixed)
 
 
 class Novices(Novice):
-    """Novices each with an epsilon of its own, (B,)."""
+    """Novices, each with its own epsilon, (B,)."""
 
     share = np.zeros(0)
 

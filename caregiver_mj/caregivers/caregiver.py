@@ -243,5 +243,5 @@ def starting_tables(plan: FloorPlan, caregiver: Caregiver | None, batch: int = 1
     if tables.shape != as_planned.shape or not np.issubdtype(tables.dtype, np.integer):
         raise CaregiverError(f"{who} must answer with integers of shape {as_planned.shape}, got {tables!r}")
     if ((tables < 0) | (tables > last)).any() or (np.diff(np.sort(tables, axis=1), axis=1) == 0).any():
-        raise CaregiverError(f"{who} must give each candle a table of its own, 0 to {last}, got {tables}")
+        raise CaregiverError(f"{who} must give each candle its own table, 0 to {last}, got {tables}")
     return tables

@@ -184,7 +184,7 @@ def check_different(groups: Iterable[ChildGroup]) -> None:
         if isinstance(child, Behaviour):
             if id(child) in seen:
                 raise CaregiverError(
-                    f"each child must be an object of its own, got the same {type(child).__name__} twice: "
+                    f"each child must be a different object, got the same {type(child).__name__} twice: "
                     "make one for each, or give its name"
                 )
             seen.add(id(child))

@@ -31,8 +31,8 @@ def add_completion(command: argparse.ArgumentParser) -> None:
     """Add the options of `completion`."""
     command.set_defaults(run=_run)
     command.description = (
-        "Print a completion script for the shell, with the names of the caregivers, children and houses that there are "
-        "now, those of other packages included."
+        "Print a completion script for the shell, with the present names of caregivers, children and houses, including "
+        "those of other packages."
     )
     command.add_argument("shell", choices=SHELLS, help="for which shell")
 

@@ -75,9 +75,9 @@ def probability_safe(log_ratio: np.ndarray, prior: float = PRIOR_SAFE) -> np.nda
     return np.exp(-np.logaddexp(0.0, -_log_odds(log_ratio, prior)))
 
 
-def log_probability_unsafe(log_ratio: np.ndarray, prior: float = PRIOR_SAFE) -> np.ndarray:
+def log_probability_unsafe(log_ratio: np.ndarray) -> np.ndarray:
     """Return log(1 - P(safe|tau)), (...), accurate even where P(safe) rounds to 1; see `probability_safe`."""
-    return -np.logaddexp(0.0, _log_odds(log_ratio, prior))
+    return -np.logaddexp(0.0, _log_odds(log_ratio, PRIOR_SAFE))
 
 
 def _log_odds(log_ratio: np.ndarray, prior: float) -> np.ndarray:

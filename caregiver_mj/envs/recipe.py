@@ -64,7 +64,7 @@ class Recording:
         if any(side % 2 or not 32 <= side <= 2160 for side in self.size):
             raise CaregiverError(f"a picture's sides must be even, from 32 to 2160 pixels, got {self.size}")
         if "time_limit" in spec.options and targets:
-            raise CaregiverError("seconds must be left out with targets: their episodes have a length of their own")
+            raise CaregiverError("seconds must be left out with targets: their episodes have their own length")
         spec.check(replayed=bool(self.answers))
 
     @property

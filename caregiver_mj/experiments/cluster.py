@@ -39,13 +39,12 @@ class DaskExecutor(Executor):
     It connects at once, so that an error precedes any output. Use it in a `with` block.
     """
 
-    def __init__(self, address: str, timeout: float = TIMEOUT, ahead: int = AHEAD):
+    def __init__(self, address: str, timeout: float = TIMEOUT):
         """Connect to a scheduler.
 
         Args:
             address: As `dask scheduler` prints it, such as `tcp://10.0.0.1:8786`.
             timeout: Seconds to wait for it, and then for its first worker.
-            ahead: Jobs that the cluster has at a time.
 
         Raises:
             MissingExtraError: Dask is not installed.
@@ -57,7 +56,7 @@ class DaskExecutor(Executor):
             raise MissingExtraError(
                 f"a cluster needs Dask distributed ({error}): pip install 'caregiver_mj[dask]'"
             ) from None
-        self.address, self._ahead = address, ahead
+        self.address = address
         self._distributed: Any = distributed
         try:
             _check_address(distributed, address)
@@ -123,7 +122,7 @@ class DaskExecutor(Executor):
 
         try:
             running = self._distributed.as_completed(
-                submit(self._ahead), loop=client.loop, with_results=True, raise_errors=False
+                submit(AHEAD), loop=client.loop, with_results=True, raise_errors=False
             )
             for future, answer in running:
                 job = asked.pop(future)
@@ -154,7 +153,7 @@ class DaskExecutor(Executor):
 
 
 def _check_address(distributed: Any, address: str) -> None:
-    """Raise ValueError for an address on which Dask would start a cluster of its own, or wait for ever."""
+    """Raise ValueError for an address on which Dask would start its own cluster, or wait for ever."""
     if not address.strip():
         raise ValueError("an address must be such as tcp://10.0.0.1:8786")
     scheme, where = distributed.comm.parse_address(address)

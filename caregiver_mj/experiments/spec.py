@@ -33,7 +33,7 @@ BARE_TABLES = "floor"  # bare-tables baseline: damage that no caregiver can prev
 NOBODY = ("none", BARE_TABLES)  # baselines, in the place of a caregiver
 
 
-_OWN_FIELDS = ("family", "random", "robot", "embodiment", "sight")  # arguments of a task that have fields of their own
+_OWN_FIELDS = ("family", "random", "robot", "embodiment", "sight")  # arguments of a task with their own fields
 # Default values, as JSON, of fields that a record omits.
 _USUAL: dict[str, Any] = {
     "file": "",

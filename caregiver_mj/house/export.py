@@ -84,7 +84,7 @@ def _pictures(spec: mujoco.MjSpec, file: pathlib.Path, robot: Embodiment | None)
     for part in (*spec.meshes, *spec.hfields, *spec.textures):
         if part.file:
             name = robot.name if robot else "none"
-            raise CaregiverError(f"robot '{name}' has a file of its own, '{part.file}': export the scene as .mjb")
+            raise CaregiverError(f"robot '{name}' has its own file, '{part.file}': export the scene as .mjb")
     pictures = {}
     for texture in spec.textures:
         if texture.builtin == mujoco.mjtBuiltin.mjBUILTIN_NONE:

@@ -5,7 +5,7 @@ A *sight* is the way in which a caregiver sees children:
 - `all`: everything, always, as in the paper;
 - `walls`: in all directions, up to the walls;
 - `camera`: 90 degrees in the direction of its base, up to 5 m;
-- `rooms:N`: a camera of its own, as above, and N on the ceiling, each of which sees in all directions up to the walls.
+- `rooms:N`: its own camera, as above, and N on the ceiling, each of which sees in all directions up to the walls.
   Each hangs over the cell from which it adds most to the view of those before.
 """
 

@@ -1,8 +1,8 @@
 """Whether the robot kept its limits in some episodes: prints the worst of each.
 
-Two tables: what was commanded, and what was measured at every physics step. The exit status is 1 if a limit was not
-kept. What is audited is what the servos were told and the simulation measured, not what the skills meant to do. Nothing
-of it is in the package: a `Recorder` looks on.
+It prints two tables: the commands, and the measurements at every physics step. The exit status is 1 if the robot
+exceeded a limit. It audits the servos' commands and the simulation's measurements, not the intentions of the skills.
+The package contains no code for it: a `Recorder` observes.
 """
 
 from __future__ import annotations
@@ -53,11 +53,11 @@ class EpisodeLog:
 
     control_timestep: float  # seconds
     physics_timestep: float  # seconds
-    commands: np.ndarray  # what the actuators were told, in the order of the robot's model, (n, actuators)
+    commands: np.ndarray  # the actuators' commands, in the order of the robot's model, (n, actuators)
     base_velocity: np.ndarray  # velocity of the base in the world, m/s and rad/s, (m, 3)
     arm_position: np.ndarray  # joint positions, rad, (m, joints)
     arm_velocity: np.ndarray  # joint velocities, rad/s, (m, joints)
-    arm_torque: np.ndarray  # what moved each joint and held it up, N m, (m, joints), see `Dynamics`
+    arm_torque: np.ndarray  # torque that moved and held up each joint, N m, (m, joints), see `Dynamics`
     finger_velocity: np.ndarray  # of each finger, m/s, (m, 2)
     pads: np.ndarray  # how many of the fingers' pads touch the wax of a candle, or the neck of a mug, (m,)
     shut: np.ndarray  # whether a gate is at its stop, (m, gates)
@@ -305,12 +305,12 @@ def worst(
 
 
 def check_motion(log: EpisodeLog, robot: Embodiment) -> list[Check]:
-    """Compares what was measured at every physics step with a robot's limits.
+    """Compare the measurements at every physics step with a robot's limits.
 
-    They are those that are published, or else set, not the lower ones that are planned for. Accelerations, jerks and
-    the centre of pressure are told as of a physics step and as means over 20 ms; before the first step all was at
-    rest. They leave out when a child ran into the robot (`pushed`): it is moved by its walk, whatever is in its way,
-    and no motor can help that.
+    The limits are the published ones, or else ours, not the lower ones for planning. Accelerations, jerks and the
+    centre of pressure are given for a physics step and as means over 20 ms; everything is at rest before the first
+    step. They leave out the time in which a child ran into the robot (`pushed`), because its walk moves it whatever is
+    in its way, and no motor can prevent that.
 
     Those of a single physics step also leave out when a pad was off the candle in the hand for a step or two
     (`off_a_pad`); their means count there, too. That is the simulation's doing, not the robot's. Its contacts neglect
@@ -424,7 +424,7 @@ class Audit:
 
     @classmethod
     def of(cls, log: EpisodeLog, embodiment: str | None, name: str) -> Audit:
-        """Audit an episode, which has a name to be told by."""
+        """Audit an episode, which has a name in the tables."""
         robot = find_embodiment(embodiment)
         commanded, measured = (
             [dataclasses.replace(found, where=", ".join(filter(None, (found.where, name)))) for found in checks]

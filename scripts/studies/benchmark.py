@@ -175,7 +175,7 @@ class Scene:
             driven = data.qpos[self._q], data.qvel[self._v]
             touches: list[Touch] = []
             controls = np.empty((nstep, model.nu))
-            for i in range(nstep):  # what the actuators are told changes with every step
+            for i in range(nstep):  # the actuators' commands change with every step
                 step(1)
                 controls[i], touches = data.ctrl, touches + physics.touches
             physics.touches = touches
@@ -188,7 +188,7 @@ class Scene:
     def replay(self) -> tuple[float, float]:
         """Replay the recording through bare `mj_step`; return its seconds, and how far the end is from the episode's.
 
-        With another timestep than the recording's it is told what was in force at the end of each.
+        With another timestep than the recording's, it uses the commands in force at the end of each step.
         """
         model, data = self.env.physics.model.ptr, mujoco.MjData(self.env.physics.model.ptr)
         mujoco.mj_copyData(data, model, self._start)
@@ -348,11 +348,11 @@ def control_steps(seconds: float, repeats: int) -> Iterator[tuple[str, pd.DataFr
     yield f"Longest control steps of {episodes}, the most in a house, ms of the processor", most.max()
 
 
-# -- What foresight costs as houses grow, in time of the processor: preparation, memory, decisions ---
+# -- Cost of foresight as houses grow: processor time of preparation and decisions, memory -----------
 
 
 def foresight(_seconds: float, repeats: int) -> Iterator[tuple[str, pd.DataFrame]]:
-    """Yield what it costs in the grid, every house in a process of its own, whose memory is told."""
+    """Yield the cost of `foresight` in the grid, with each house in a separate process to measure its memory."""
     rows = [row for house in PLANS for _, row in run_jobs(cost, [(house, _SECONDS * repeats)], 2)]
     yield "Foresight in the grid, one core", pd.DataFrame(rows).set_index("house")
 
@@ -399,7 +399,7 @@ def _peak() -> float:
 
 
 def growth(seconds: float, _repeats: int) -> Iterator[tuple[str, pd.DataFrame]]:
-    """Yield what is needed, in time of the processor, and its slope as logarithms; each in a process of its own."""
+    """Yield the processor time and its slope in logarithms, each measured in a separate process."""
     for over, points in GROWTH.items():
         rows = [row for point in points for _, row in run_jobs(grown, [(*point, seconds)], 2)]
         figures = pd.DataFrame(rows).set_index(over).drop(columns=[name for name in GROWTH if name != over]).T

@@ -82,7 +82,7 @@ def run(options: argparse.Namespace) -> Page:
     return page(rows, " ".join(options.houses), options.episodes)
 
 
-# -- The children that are predicted: novices as the belief takes everybody for one, and all others that there are -----
+# -- The children: novices, which the belief assumes, and all other behaviours ------------------------
 
 
 def families() -> tuple[str, ...]:
@@ -140,7 +140,7 @@ class Watched:
     """N children watched for T timesteps; time t is before move t, when moves 0 to t - 1 have been seen."""
 
     predicted: np.ndarray  # probability of a bump within each horizon, from each time on, (horizons, T, N, Q)
-    possible: np.ndarray  # whether there can be one at all in that time, whatever the child does, likewise
+    possible: np.ndarray  # whether a bump is possible within each horizon, whatever the child does, (horizons, T, N, Q)
     bumped: np.ndarray  # whether each move bumped, (T, N, Q)
     safe: np.ndarray  # P(safe|tau) of the paper, (T, N)
 

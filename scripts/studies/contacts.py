@@ -51,7 +51,7 @@ def add_options(parser: Parser) -> None:
     parser.add("run", None, "a finished run in the house, to take them from", type=pathlib.Path, metavar="DIR")
     parser.add("caregiver", "expected-danger", "who protects the children")
     parser.add("houses", ["train-5"], "houses to run without --run")
-    parser.add("epsilon", ["0.5", "adversary:0"], "children, likewise")
+    parser.add("epsilon", ["0.5", "adversary:0"], "children, without --run")
     parser.add("episodes", 2, "episodes for each in each house")
     parser.add_file("out", "write their rows there as they come; those that it holds are not run again", "FILE.jsonl")
     parser.add("embodiment", [None], "the robots, without --run (default: the task's)", metavar="NAME")

@@ -1,9 +1,9 @@
 """How surely and how quickly the robot closes gates, or picks up batteries: trials in generated houses, with a child.
 
-In every trial the robot starts in a cell, and is told to close a gate that is drawn, or to pick up a battery that lies
-on a free cell; half of the children are novices, and half head for the robot. A trial is done when the robot has
-finished, within 60 s. With a battery in its tray it is then sent to block a stairwell, and may not lose it. One that
-ends because the child has taken the battery is told apart.
+In every trial the robot starts in a cell and has to close a random gate, or to pick up a battery that lies on a free
+cell. Half of the children are novices, and half head for the robot. A trial succeeds if the robot finishes within 60 s.
+With a battery in its tray the robot then goes to block a stairwell, and must not lose the battery. Trials that end
+because the child has taken the battery count apart.
 """
 
 from __future__ import annotations

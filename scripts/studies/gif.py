@@ -49,7 +49,7 @@ def add_options(parser: Parser) -> None:
     parser.add("epsilon", "0.5")
     parser.add("seed", 0, "of the run to which the episode belongs")
     parser.add("begin", 5.0, "seconds since the episode's start")
-    parser.add("end", 39.0, "likewise")
+    parser.add("end", 39.0, "seconds since the episode's start")
     parser.add("width", 800, "pixels")
     parser.add("height", 450)
 

@@ -168,7 +168,7 @@ class NoGates(PaperCaregiver):
 
 
 class ForesightNoGates(ForesightCaregiver):
-    """The planner, but for gates likewise."""
+    """The planner, but without gates."""
 
     def decide(self, percept: Percept) -> Interventions:
         return super().decide(_without_gates(self.plan.hazards.kinds, percept))

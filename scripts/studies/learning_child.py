@@ -82,12 +82,12 @@ def run(options: argparse.Namespace) -> Page:
 class Learner(Behaviour):
     """B children that learn, each for itself, of the same house.
 
-    A child knows its cell and the bin that it goes to. A share epsilon of its moves is random, the others are those of
-    greatest value, whichever of these. What is random is drawn among all four moves alike by the careless, and in
-    proportion to exp(value / `TEMPERATURE`) by the wary, which so shun what they know to hurt.
+    A child knows its cell and its bin. A share epsilon of its moves is random; each other move is drawn among those of
+    greatest value. A careless child draws random moves uniformly among all four. A wary child draws them in proportion
+    to exp(value / `TEMPERATURE`), and so avoids known hazards.
 
-    From every move it learns for all bins at once, for it is told where it led and what it hurt, and knows where the
-    bins are: reaching a bin ends the way to that one alone.
+    It learns from every move for all bins at once, because it knows the cell that it reached, the damage, and the
+    places of the bins. Only the way to a bin that it reaches ends there.
 
     Attributes:
         values: Of every move on the way to every bin, (B, free cells, bins, 4); all 0 at first.

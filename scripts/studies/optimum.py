@@ -151,30 +151,31 @@ def report(rows: pd.DataFrame) -> str:
 
 
 class Exact:
-    """Cost to come of the caregiver for whom it is least, who is told toy bin and epsilon.
+    """Least cost to come of any caregiver that knows toy bin and epsilon.
 
-    It shares nothing with `caregiver_mj.caregivers.foresight` but the house's moves, the novice, and what is to be
-    least. There are two caregivers that it can solve it for:
+    It shares only the house's moves, the novice and the objective with `caregiver_mj.caregivers.foresight`. It solves
+    the process for one of two caregivers:
 
-    - one that is free in every one of its three actions in a timestep: to walk to any cell next to it in which the
-      child is not, to wait, to get, to place;
-    - one that has the interventions of ours: before each action it chooses to block a stairwell, to stand aside, to
-      wait where it is or next to that, to relocate a candle to a table, or to pick something up off the floor, and is
-      moved by the rule of `plans.routes`; while a candle is in its hand, it carries it to its table.
+    - A free caregiver chooses each of its three actions in a timestep: walk to any next cell without the child, wait,
+      get, or place.
+    - A caregiver with our interventions chooses before each action to block a stairwell, to stand aside, to wait where
+      it is or next to that, to relocate a candle to a table, or to pick something up off the floor. The rule of
+      `plans.routes` moves it. With a candle in its hand it carries the candle to its table.
 
-    The layouts are first the sets of tables that bear a candle, the hand being empty; then those with a candle less,
-    which is in the hand, for each table to which it is carried (for the free caregiver: for none in particular). There
-    are as many again for each set of things that lie on the floor, all of them first.
+    The first layouts are the sets of tables with candles, with an empty hand. Those with one candle less, which is in
+    the hand, follow for each table to which it is carried (for the free caregiver, for no particular one). These
+    layouts repeat for each set of things on the floor, beginning with the set of all.
 
     Attributes:
         plan: The house.
         epsilons: Those of the children, (E,).
-        objective: What is least.
-        taken: What a child in each cell leaves of each layout, by what it takes off the floor, (C, layouts).
+        objective: The quantity to minimise.
+        taken: The layout that a child in each cell leaves of each layout, after it takes things off the floor,
+            (C, layouts).
         cost: Of the child's next move, (C, R, layouts, G, E): by cell of the child and of the caregiver, toy bin and
             epsilon.
-        value: To come just before the child's move, likewise.
-        after: To come just after the child's move, likewise.
+        value: Cost to come just before the child's move, shaped like `cost`.
+        after: Cost to come just after the child's move, shaped like `cost`.
     """
 
     def __init__(

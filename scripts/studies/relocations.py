@@ -1,14 +1,14 @@
-"""Relocates candles in three houses, over and over, and says how well and how quickly that goes.
+"""Relocates candles in three houses, and measures success, time and precision.
 
-Each relocation has a seed of its own, and with it its toddler, tables, candles and start. Candles stand off their
-tables' centres, tables off their places on the robot's map. A relocation succeeds if the candle stands upright on the
-right table, out of the hand, a second after the robot has finished.
+Each relocation has its own seed, from which its toddler, tables, candles and start follow. Candles stand off their
+tables' centres, and tables off their places on the robot's map. A relocation succeeds if the candle stands upright on
+the right table, out of the hand, a second after the robot has finished.
 
-Arrived: the base's centre is within 6 mm of where it grasps (or lets go) and slower than 3 cm/s. Its heading does not
-count: what is left of a turn then adds to the time that follows. Lifted: the candle's foot is 2 cm above the table.
-Clear: the candle is let go and the hand is back far enough for the base to drive.
+Arrived: the base's centre is within 6 mm of its place to grasp or to let go, and slower than 3 cm/s. Its heading does
+not count: the rest of a turn adds to the time that follows. Lifted: the candle's foot is 2 cm above the table. Clear:
+the hand has let go of the candle, and is back far enough for the base to drive.
 
-Beside the figures stand the goals.
+The goals stand beside the figures.
 """
 
 from __future__ import annotations
@@ -38,17 +38,17 @@ from caregiver_mj.tasks import load
 from studies.audit import each_physics_step
 from study import HOUSES, Parser, load_house, make_console, make_table, mishaps, run_trials, write_json
 
-# Conditions that are numbers: what each is called on the command line, and what it is.
+# Numerical conditions: the name on the command line, and the meaning.
 _NUMBERS = {
     "noise": "lasting error of perceived candle positions, one sigma, metres",
     "white": "white error of them at every control timestep, one sigma, metres",
-    "white-base": "white error of the base's position, likewise",
-    "white-child": "white error of the child's position, likewise",
-    "dropout": "probability that each of these is not seen in a control timestep",
-    "delay": "how old it is what the robot sees, seconds",
-    "friction": "of everything, as a multiple of the models'",
-    "mass": "of candles, likewise",
-    "gain": "of the robot's servos, likewise",
+    "white-base": "white error of the base's position at every control timestep, one sigma, metres",
+    "white-child": "white error of the child's position at every control timestep, one sigma, metres",
+    "dropout": "probability that each of these is unseen in a control timestep",
+    "delay": "age of the robot's observations, seconds",
+    "friction": "friction of everything, as a multiple of the models'",
+    "mass": "mass of candles, as a multiple of the models'",
+    "gain": "gain of the robot's servos, as a multiple of the models'",
 }
 _EPSILON = 0.5
 _AFTERWARDS = 1.0  # seconds that the candle must go on standing
@@ -259,7 +259,7 @@ class Moment(NamedTuple):
     x: float  # of the base, metres
     y: float
     speed: float  # of the base, m/s
-    fingers: float  # what they are told: metres that each shall stand off the middle
+    fingers: float  # command: distance of each finger from the middle, metres
     height: float  # of the candle's foot above the table from which it is taken, metres
     reach: float  # how far the hand reaches out, as a share
     held: bool  # whether the fingers are round something
@@ -379,7 +379,7 @@ _GOALS = {
 _NOTE = "goal: at most (done: at least; 98 % with --noise 0.005)."
 
 _PERCENTILES = {"median": 50, "95 %": 95, "worst": 100}
-# What is told of the relocations of a house, of which the percentiles: its column, and its digits.
+# Measures of a house's relocations with percentiles: column and digits.
 _SPREADS = {
     "arrived to lifted, s": ("lifting", 2),
     "arrived to clear, s": ("clearing", 2),

@@ -1,7 +1,7 @@
 """What caregivers leave in the physical house and in the grid, by the shape of the house.
 
 The episodes in the house are those of a finished run of `caregiver-mj evaluate --world house`; the same are run in the
-grid. Houses drawn by hand are a shape of their own. With `--slowed N` the first N episodes of every cell are also run
+grid. Houses drawn by hand count as one shape. With `--slowed N` the first N episodes of every cell are also run
 in the grid with a caregiver as slow as the robot: what the house costs beyond that is not its speed.
 """
 
@@ -89,8 +89,8 @@ class SlowedGrid(GridWorld):
         Args:
             plan: The house.
             family: The child.
-            caregiver: Which is told its pace.
-            pace: How long it takes.
+            caregiver: The caregiver, which knows its pace.
+            pace: The time that its actions take.
             separates: Whether it also slows down beside the child, as its pace says.
         """
         super().__init__(plan, family, caregiver)
