@@ -49,6 +49,7 @@ class HouseChild:
         goal: Toy bin that it wants to get to.
         move: Its present move.
         touched: Directions of all that it touches now and cannot push away, unit vectors (x, y).
+        holds: Whether it has taken a thing.
     """
 
     def __init__(self, plan: FloorPlan, behaviour: Behaviour, novice_timestep: float, state: np.ndarray | None = None):
@@ -65,7 +66,7 @@ class HouseChild:
         self.goal = int(self.behaviour.next_bin(stream.start[2:])[0])
         self.put(self._plan.free_cells[cell], yaw)
         self.move = Move(self.cell, self.cell)
-        self._bumped = False
+        self._bumped = self.holds = False
         self.touched: Sequence[tuple[float, float]] = ()
         self._entry: Vector | None = None  # middle of the cell that it goes to, if the robot can be there
 
@@ -73,6 +74,16 @@ class HouseChild:
     def position(self) -> tuple[float, float]:
         """Where it is, metres."""
         return self.walk.position
+
+    @property
+    def reaches(self) -> bool:
+        """Whether it is on its way to a table or a toy bin, and has not turned back."""
+        return self.move.target in (Target.TABLE, Target.BIN) and not self.walk.returns
+
+    @property
+    def is_hurt(self) -> bool:
+        """Whether it has hurt itself in its present move."""
+        return self.move.harm > 0.0
 
     def put(self, cell: Cell, yaw: float = 0.0) -> None:
         """Put the child into the middle of a free cell, at rest."""

@@ -49,6 +49,8 @@ class Children(Sequence[HouseChild]):
         self.harm = 0.0
         self[number].reset(stream, cell, yaw)
         physics.set_toddler(self[number].walk, number)
+        if physics.figures:
+            physics.figures[number].reset()
         if self._bodies:
             physics.soften_toddlers(*SOFTNESS)
             self._bodies[number].reset(self[number].walk)
@@ -77,6 +79,8 @@ class Children(Sequence[HouseChild]):
                 self._bodies[number].follow(child.walk, physics, number, seconds)
             else:
                 physics.set_toddler(child.walk, number)
+        for figure, child in zip(physics.figures, self._children, strict=False):  # none without visuals
+            figure.step(child, robot, seconds)
 
     def take_in(self, physics: Physics, candles: Candles) -> None:
         """Have them take in what they touched in the last control timestep."""

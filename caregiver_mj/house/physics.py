@@ -13,10 +13,11 @@ from dm_env import specs
 
 from caregiver_mj.children.walk import ToddlerWalk, Vector
 from caregiver_mj.errors import CaregiverError, RenderingError
+from caregiver_mj.house.figure import Figure
 from caregiver_mj.house.fittings import FLOOR, OPAQUE
 from caregiver_mj.house.rendering import OffscreenRendering, engine, wrapper
 from caregiver_mj.house.robot_body import RampState, RobotBody, joint_views
-from caregiver_mj.house.scene import build_house, child_joints
+from caregiver_mj.house.scene import build_house, child_joints, child_prefix
 from caregiver_mj.house.touch import TouchReader
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -38,6 +39,7 @@ class Physics(OffscreenRendering, engine.Physics):
     Attributes:
         touches: All contacts of the children during the last `step`.
         touch_reader: Reads the contacts.
+        figures: Visible bodies of the children; none without visuals.
         carried: Kind of each candle.
         embodiment: The robot in the house, or None.
     """
@@ -118,6 +120,7 @@ class Physics(OffscreenRendering, engine.Physics):
         self._panels = [model.geom(f"{gate}panel").id for gate in gates]
         self._latches = list(zip(self._hinges.tolist(), self._bolts.tolist(), strict=True))
         self._embody(self.embodiment)
+        self.figures = [Figure(model, child_prefix(k)) for k in range(children)] if self._has_visuals() else []
         self.touches: list[Touch] = []
 
     def _ramp_state(self) -> RampState | None:
@@ -161,12 +164,15 @@ class Physics(OffscreenRendering, engine.Physics):
         return {name: self.render(camera_id=name, render_flag_overrides={"shadow": False}, **how[name]) for name in how}
 
     def _make_rendering_contexts(self) -> None:
-        if mujoco.mj_name2id(self._raw[0], mujoco.mjtObj.mjOBJ_GEOM, FLOOR) < 0:
+        if not self._has_visuals():
             raise RenderingError(
                 "cannot render: the house was made with visuals=False, and must be made with visuals=True; in "
                 "`evaluate` and `record` a policy must have needs_pictures = True"
             )
         super()._make_rendering_contexts()
+
+    def _has_visuals(self) -> bool:
+        return mujoco.mj_name2id(self._raw[0], mujoco.mjtObj.mjOBJ_GEOM, FLOOR) >= 0
 
     # -- Readouts --------------------------------------------------------------------------------
 

@@ -56,7 +56,7 @@ class Things:
             if not is_off:
                 taker = next((k for k, child in enumerate(children) if self._is_at(child.position, place)), NOTHING)
                 if taker != NOTHING and not physics.robot_touches_thing(i):
-                    self._taken[i], is_off = taker, True
+                    self._taken[i], is_off, children[taker].holds = taker, True, True
                     children.hurt(taker, self._kinds[i])
                     self.go_along(physics)
             if is_off != self._is_off[i]:

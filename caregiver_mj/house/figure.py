@@ -1,0 +1,134 @@
+"""The figure of a child: limbs that swing as it walks, and a head that looks round. It is only to be seen.
+
+The parts of `models/toddler.xml` are bodies without mass or joints below the child's own. Before a control step a figure
+turns them in the model itself, so every picture shows them, whoever draws it; state and physics know nothing of them.
+Where a house has no visuals there is no figure.
+
+Angles are in radians, those of a part about the axes of the child: forward (x), left (y) and up (z).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+
+if TYPE_CHECKING:
+    from caregiver_mj.house.child import HouseChild
+
+_PARTS = "torso head leg_l leg_r shin_l shin_r arm_l arm_r forearm_l forearm_r".split()
+_SIDES = ("l", 1.0), ("r", -1.0)  # and where on the y axis they are
+_HELD = "held"  # the geom in its right hand
+
+_STEP = 0.17  # metres; 12 to 25 cm in the first months of walking (Adolph, Vereijken & Shrout 2003)
+_HIPS, _LEG = 0.27, 0.26  # metres above the floor, and from there to the sole, as in models/toddler.xml
+_SWING = math.asin(_STEP / 2 / _LEG)  # of a leg, forward and back, with which feet do not slip
+_EVEN = 0.96  # from a sine (0) to a zigzag (1)
+_KNEE, _LIFT = 0.85, 0.12  # how far a knee bends while its foot is in the air, and the hip with it
+_SWAY, _ROLL = 0.016, 0.07  # metres and angle towards the foot that stands: toddlers waddle
+_TWIST = 0.16  # of the shoulders, against the hips
+_ARM_SWING, _GUARD, _ELBOW = 0.45, 0.55, 0.75  # arms swing, held out to the sides and bent, as beginners walk
+_WALKS = 0.1  # m/s from which on it walks
+_SEAT = -0.185  # metres that the hips sink to sit on the floor
+_TURNS_HEAD, _SEES_ROBOT = 1.0, 1.6  # at most; metres within which the robot draws its eyes
+# Seconds after which two thirds of a change are done.
+_PACE_TIME, _SIT_TIME, _REACH_TIME, _HEAD_TIME = 0.10, 0.12, 0.15, 0.25
+
+
+class Figure:
+    """What is seen of one child.
+
+    Attributes:
+        walked: How far it has walked, metres; backwards counts as less.
+    """
+
+    def __init__(self, model: mujoco.MjModel, prefix: str):
+        """Find the parts of the child whose elements' names begin with a prefix.
+
+        The model must have visuals.
+        """
+        self._turns = {part: model.body_quat[model.body(prefix + part).id] for part in ("look", *_PARTS)}
+        self._place = model.body_pos[model.body(f"{prefix}look").id]
+        self._held = model.geom_rgba[model.geom(prefix + _HELD).id]
+        self.walked = 0.0
+        self._pace = self._sits = self._reaches = self._holds = self._looks = 0.0
+
+    def reset(self) -> None:
+        """Stand still, for the start of an episode."""
+        self.walked = 0.0
+        self._pace = self._sits = self._reaches = self._holds = self._looks = 0.0
+        self._held[3] = 0.0
+        self._pose()
+
+    def step(self, child: HouseChild, robot: Sequence[float] | None, seconds: float) -> None:
+        """Follow a child for a control step, with a robot at x, y (m), if there is one."""
+        walk = child.walk
+        (vx, vy), ahead = walk.velocity, (math.cos(walk.yaw), math.sin(walk.yaw))
+        speed = math.hypot(vx, vy)
+        self.walked += math.copysign(speed, vx * ahead[0] + vy * ahead[1]) * seconds
+        self._sits = _towards(self._sits, child.is_hurt, seconds, _SIT_TIME)
+        self._pace = _towards(self._pace, speed > _WALKS, seconds, _PACE_TIME)
+        self._reaches = _towards(self._reaches, child.reaches, seconds, _REACH_TIME)
+        self._holds = _towards(self._holds, child.holds, seconds, _REACH_TIME)
+        look = 0.0 if walk.returns or speed < _WALKS else math.atan2(vy, vx) - walk.yaw
+        if robot is not None and math.dist(robot, walk.position) < _SEES_ROBOT:
+            look = math.atan2(robot[1] - walk.position[1], robot[0] - walk.position[0]) - walk.yaw
+        look = min(max(math.remainder(look, math.tau), -_TURNS_HEAD), _TURNS_HEAD)
+        self._looks = _towards(self._looks, look, seconds, _HEAD_TIME)
+        self._held[3] = float(child.holds)
+        self._pose()
+
+    def _pose(self) -> None:
+        """Turn all parts."""
+        phase = math.pi * self.walked / _STEP  # of the left leg: 0 when it passes the other one on its way forward
+        # An even pace but at the turns, for the foot that stands goes back as the body goes on.
+        sine, cosine = math.asin(_EVEN * math.sin(phase)) / math.asin(_EVEN), math.cos(phase)
+        sits, stands = self._sits, 1.0 - self._sits
+        walks, reaches = self._pace * stands, self._reaches * stands
+        swing = walks * _SWING * sine
+        sinks = _LEG * (1.0 - math.cos(swing))
+        self._place[1] = -walks * _SWAY * cosine
+        self._place[2] = _HIPS - sinks + sits * _SEAT
+        self._turn("look", roll=walks * _ROLL * cosine)
+        self._turn(
+            "torso",
+            roll=-1.4 * walks * _ROLL * cosine,
+            pitch=0.07 * walks + 0.30 * reaches - 0.12 * sits,
+            yaw=walks * _TWIST * sine,
+        )
+        self._turn("head", pitch=0.10 * reaches + 0.22 * sits - 0.07 * walks, yaw=self._looks)
+        for side, y in _SIDES:
+            self._turn_limbs(side, y, y * sine, max(0.0, y * cosine), walks, reaches)
+
+    def _turn_limbs(self, side: str, y: float, forward: float, lifted: float, walks: float, reaches: float) -> None:
+        """Turn leg and arm of a side, whose leg swings `forward` and is `lifted`, both as shares of the most."""
+        sits, mouth = self._sits, self._holds if y < 0 else 0.0
+        self._turn(
+            f"leg_{side}",
+            roll=y * 0.05 * walks,
+            pitch=-walks * (_SWING * forward + _LIFT * lifted) - 1.45 * sits,
+            yaw=y * 0.35 * sits,
+        )
+        self._turn(f"shin_{side}", pitch=walks * _KNEE * lifted + 0.15 * sits)
+        guard = _GUARD * walks * (1.0 - reaches) + 0.35 * sits
+        shoulder = walks * _ARM_SWING * forward - 0.25 * walks - 2.05 * reaches - 0.25 * sits
+        elbow = -_ELBOW * walks * (1.0 - reaches) - 0.1 * reaches - 0.2 * sits
+        self._turn(
+            f"arm_{side}",
+            roll=y * guard * (1.0 - mouth),
+            pitch=shoulder * (1.0 - mouth) - 1.4 * mouth,
+            yaw=-y * 0.8 * mouth,
+        )
+        self._turn(f"forearm_{side}", pitch=elbow * (1.0 - mouth) - 0.9 * mouth)
+
+    def _turn(self, part: str, roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0) -> None:
+        """Turn a part about its joint: first about the axis up, then the one to the left, then the one forward."""
+        mujoco.mju_euler2Quat(self._turns[part], (yaw, pitch, roll), "zyx")
+
+
+def _towards(value: float, aim: float, seconds: float, time: float) -> float:
+    """Return a value that has come nearer to its aim in some seconds, with a time constant."""
+    return value + (aim - value) * min(1.0, seconds / time)
