@@ -13,6 +13,7 @@ from caregiver_mj.children.behaviour import Behaviour, ChildPercept
 from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.children.rules import DENIED, MoveRules, denied
 from caregiver_mj.children.walk import ToddlerWalk, Vector
+from caregiver_mj.house.figure import Mood
 from caregiver_mj.plans.cell_graph import ACTIONS, Cell, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, State, Where, kinds_at
@@ -76,14 +77,10 @@ class HouseChild:
         return self.walk.position
 
     @property
-    def reaches(self) -> bool:
-        """Whether it is on its way to a table or a toy bin, and has not turned back."""
-        return self.move.target in (Target.TABLE, Target.BIN) and not self.walk.returns
-
-    @property
-    def is_hurt(self) -> bool:
-        """Whether it has hurt itself in its present move."""
-        return self.move.harm > 0.0
+    def mood(self) -> Mood:
+        """What is to be seen of what it does, besides walking."""
+        reaches = self.move.target in (Target.TABLE, Target.BIN) and not self.walk.returns
+        return Mood(self.move.harm > 0.0, reaches, self.holds)
 
     def put(self, cell: Cell, yaw: float = 0.0) -> None:
         """Put the child into the middle of a free cell, at rest."""

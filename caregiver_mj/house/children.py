@@ -80,7 +80,7 @@ class Children(Sequence[HouseChild]):
             else:
                 physics.set_toddler(child.walk, number)
         for figure, child in zip(physics.figures, self._children, strict=False):  # none without visuals
-            figure.step(child, robot, seconds)
+            figure.step(child.walk, child.mood, robot, seconds)
 
     def take_in(self, physics: Physics, candles: Candles) -> None:
         """Have them take in what they touched in the last control timestep."""

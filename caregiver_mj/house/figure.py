@@ -1,8 +1,8 @@
 """The figure of a child: limbs that swing as it walks, and a head that looks round. It is only to be seen.
 
-The parts of `models/toddler.xml` are bodies without mass or joints below the child's own. Before a control step a figure
-turns them in the model itself, so every picture shows them, whoever draws it; state and physics know nothing of them.
-Where a house has no visuals there is no figure.
+The parts of `models/toddler.xml` are bodies without mass or joints below the child's own. Before a control step a
+figure turns them in the model itself, so every picture shows them, whoever draws it; state and physics know nothing of
+them. Where a house has no visuals there is no figure.
 
 Angles are in radians, those of a part about the axes of the child: forward (x), left (y) and up (z).
 """
@@ -11,15 +11,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import mujoco
-import numpy as np
 
-if TYPE_CHECKING:
-    from caregiver_mj.house.child import HouseChild
+from caregiver_mj.children.walk import ToddlerWalk
 
-_PARTS = "torso head leg_l leg_r shin_l shin_r arm_l arm_r forearm_l forearm_r".split()
+_PARTS = "look", "torso", "head", "leg_l", "leg_r", "shin_l", "shin_r", "arm_l", "arm_r", "forearm_l", "forearm_r"
 _SIDES = ("l", 1.0), ("r", -1.0)  # and where on the y axis they are
 _HELD = "held"  # the geom in its right hand
 
@@ -38,8 +36,16 @@ _TURNS_HEAD, _SEES_ROBOT = 1.0, 1.6  # at most; metres within which the robot dr
 _PACE_TIME, _SIT_TIME, _REACH_TIME, _HEAD_TIME = 0.10, 0.12, 0.15, 0.25
 
 
+class Mood(NamedTuple):
+    """What a child does besides walking."""
+
+    hurt: bool = False  # whether it has hurt itself in its present move
+    reaches: bool = False  # whether it is on its way to a table or a toy bin
+    holds: bool = False  # whether it has taken a thing
+
+
 class Figure:
-    """What is seen of one child.
+    """What is seen of one mood.
 
     Attributes:
         walked: How far it has walked, metres; backwards counts as less.
@@ -50,7 +56,7 @@ class Figure:
 
         The model must have visuals.
         """
-        self._turns = {part: model.body_quat[model.body(prefix + part).id] for part in ("look", *_PARTS)}
+        self._turns = {part: model.body_quat[model.body(prefix + part).id] for part in _PARTS}
         self._place = model.body_pos[model.body(f"{prefix}look").id]
         self._held = model.geom_rgba[model.geom(prefix + _HELD).id]
         self.walked = 0.0
@@ -63,22 +69,21 @@ class Figure:
         self._held[3] = 0.0
         self._pose()
 
-    def step(self, child: HouseChild, robot: Sequence[float] | None, seconds: float) -> None:
+    def step(self, walk: ToddlerWalk, mood: Mood, robot: Sequence[float] | None, seconds: float) -> None:
         """Follow a child for a control step, with a robot at x, y (m), if there is one."""
-        walk = child.walk
         (vx, vy), ahead = walk.velocity, (math.cos(walk.yaw), math.sin(walk.yaw))
         speed = math.hypot(vx, vy)
         self.walked += math.copysign(speed, vx * ahead[0] + vy * ahead[1]) * seconds
-        self._sits = _towards(self._sits, child.is_hurt, seconds, _SIT_TIME)
+        self._sits = _towards(self._sits, mood.hurt, seconds, _SIT_TIME)
         self._pace = _towards(self._pace, speed > _WALKS, seconds, _PACE_TIME)
-        self._reaches = _towards(self._reaches, child.reaches, seconds, _REACH_TIME)
-        self._holds = _towards(self._holds, child.holds, seconds, _REACH_TIME)
+        self._reaches = _towards(self._reaches, mood.reaches, seconds, _REACH_TIME)
+        self._holds = _towards(self._holds, mood.holds, seconds, _REACH_TIME)
         look = 0.0 if walk.returns or speed < _WALKS else math.atan2(vy, vx) - walk.yaw
         if robot is not None and math.dist(robot, walk.position) < _SEES_ROBOT:
             look = math.atan2(robot[1] - walk.position[1], robot[0] - walk.position[0]) - walk.yaw
         look = min(max(math.remainder(look, math.tau), -_TURNS_HEAD), _TURNS_HEAD)
         self._looks = _towards(self._looks, look, seconds, _HEAD_TIME)
-        self._held[3] = float(child.holds)
+        self._held[3] = float(mood.holds)
         self._pose()
 
     def _pose(self) -> None:

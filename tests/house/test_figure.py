@@ -1,13 +1,13 @@
 """The figure of a child: it walks as toddlers do, and what happens in the house does not depend on it."""
 
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import caregiver_mj
 from caregiver_mj.children.walk import ToddlerWalk
+from caregiver_mj.house.figure import Mood
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans.floor_plan import FloorPlan
 
@@ -22,17 +22,16 @@ class Walker:
         self.physics = Physics.from_plan(ROOM, robot=False)
         self.walk = ToddlerWalk(1.68)
         self.walk.reset((0.0, 0.0), 0.0)
-        self.mood = dict.fromkeys(("is_hurt", "reaches", "holds"), False)
         self.physics.figures[0].reset()
 
     def go(self, seconds, speed=0.0, robot=None, **mood):
         """Walks on along x, and returns where its parts were after each step, by name (steps, 3)."""
-        child, looks = SimpleNamespace(walk=self.walk, **{**self.mood, **mood}), []
+        looks = []
         for _ in range(round(seconds / STEP)):
             self.walk.velocity = (speed, 0.0)
             self.walk.position = (self.walk.position[0] + speed * STEP, 0.0)
             self.physics.set_toddler(self.walk)
-            self.physics.figures[0].step(child, robot, STEP)
+            self.physics.figures[0].step(self.walk, Mood(**mood), robot, STEP)
             self.physics.forward()
             looks.append(self.physics.data.geom_xpos.copy())
         names = [self.physics.model.geom(i).name for i in range(self.physics.model.ngeom)]
@@ -97,7 +96,7 @@ def test_it_stands_still_when_the_child_does():
 
 def test_it_sits_down_when_hurt_and_gets_up_again():
     walker = Walker()
-    standing, hurt = walker.go(1.0), walker.go(1.0, is_hurt=True)
+    standing, hurt = walker.go(1.0), walker.go(1.0, hurt=True)
     assert standing["hips"][-1, 2] - hurt["hips"][-1, 2] > 0.15
     assert hurt["shoe_l"][-1, 0] - hurt["hips"][-1, 0] > 0.15  # legs before it
     assert min(place[-1, 2] for place in hurt.values()) > -0.01
