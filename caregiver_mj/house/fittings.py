@@ -10,6 +10,7 @@ import math
 import mujoco
 import numpy as np
 
+from caregiver_mj.house.furniture import TILED, Furnishing, add_furniture, furnish
 from caregiver_mj.plans import layout as sizes
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import TABLE
@@ -21,13 +22,15 @@ _JAMB_WIDTH, _JAMB_HEIGHT = 0.035, 0.94  # metres; just above the board on top o
 _RUG_LARGEST, _RUG_GAP = 2.6, 0.35  # metres: its longest side, and its distance to the walls' cells
 _RUGS = ("rug_blue", "rug_red", "rug_green", "rug_ochre")
 # Decorations stand in front of walls, at most 0.2 m deep: in the part of a wall's cell that the thin wall leaves over.
-_DECORATIONS = ("bookshelf", "picture", "plant", "sideboard")
+_DECORATIONS = "bookshelf", "picture", "plant", "sideboard"
+_FLAT = ("picture",)  # children bump into walls from the free cells before them
 _DECORATED_SHARE = 0.25  # of the places where one could be
 FLOOR = "planks"  # the geom that shows the floor
 OPAQUE = 1  # group of what hides things, though nothing collides with it
 _GROUND_MARGIN = 40.0  # metres of ground around the house
 _WOOD_LENGTH = 2.4  # metres that the picture of the wooden floor covers
-_GROUND_LENGTH = 6.0  # metres
+_GROUND_LENGTH, _TILES_LENGTH = 6.0, 1.0  # metres
+_TILES_HEIGHT = 0.0015  # metres, below the rugs
 _TO_THE_BOARD = ("leg_ne", "leg_nw", "leg_sw", "leg_se", "top")  # parts of a table from the floor up to there
 _LOOK = "look"  # a body with nothing but what is to be seen of the one that it is part of
 # The overview camera looks north and down, and shows the whole house in pictures of 4:3 and anything wider.
@@ -41,8 +44,8 @@ _NEAREST = 0.02  # metres; nothing nearer to a camera is drawn, and the gripper'
 _FARTHEST = 8000.0  # metres; MuJoCo guards against speckled shadows by a tiny fraction of this, so it must not be small
 
 
-def add_walls(spec: mujoco.MjSpec, layout: Layout, visuals: bool) -> None:
-    """Add the walls, to collide with and, with visuals, to look at."""
+def add_walls(spec: mujoco.MjSpec, layout: Layout) -> None:
+    """Add the walls to collide with."""
     height = WALL_HEIGHT
     for i, wall in enumerate(layout.walls):
         # Collision geoms of the world itself, so that MuJoCo's midphase culls among them.
@@ -52,19 +55,20 @@ def add_walls(spec: mujoco.MjSpec, layout: Layout, visuals: bool) -> None:
             pos=[wall[0], wall[1], height / 2],
             size=[wall[2], wall[3], height / 2],
         )
-        if not visuals:
-            continue
-        add_box(spec, f"paint_{i}", "paint", wall, 0, height)
-        add_box(spec, f"cap_{i}", "cap", wall, height, height + _CAP_HEIGHT)
-        add_box(spec, f"skirting_{i}", "skirting", wall, 0, _SKIRTING_HEIGHT, margin=_SKIRTING_DEPTH)
 
 
 def add_visuals(spec: mujoco.MjSpec, layout: Layout) -> None:
     """Add what is only to be seen."""
-    _add_ground(spec, layout)
+    furnishing = furnish(layout)
+    for i, wall in enumerate(layout.walls_without(furnishing.recesses)):
+        add_box(spec, f"paint_{i}", "paint", wall, 0, WALL_HEIGHT)
+        add_box(spec, f"cap_{i}", "cap", wall, WALL_HEIGHT, WALL_HEIGHT + _CAP_HEIGHT)
+        add_box(spec, f"skirting_{i}", "skirting", wall, 0, _SKIRTING_HEIGHT, margin=_SKIRTING_DEPTH)
+    _add_ground(spec, layout, furnishing)
     _add_doorways(spec, layout)
-    _add_rugs(spec, layout)
-    _add_decorations(spec, layout)
+    _add_rugs(spec, layout, furnishing)
+    add_furniture(spec, layout, furnishing)
+    _add_decorations(spec, layout, furnishing)
 
 
 def _add_doorways(spec: mujoco.MjSpec, layout: Layout) -> None:
@@ -82,8 +86,8 @@ def _add_doorways(spec: mujoco.MjSpec, layout: Layout) -> None:
             add_box(spec, f"jamb_{i}{side}", "jamb", np.array([*middle, *jamb]), 0, _JAMB_HEIGHT)
 
 
-def _add_rugs(spec: mujoco.MjSpec, layout: Layout) -> None:
-    """Add a rug to every room that has the space."""
+def _add_rugs(spec: mujoco.MjSpec, layout: Layout, furnishing: Furnishing) -> None:
+    """Add a rug to every room that has the space, and no tiles."""
     plan = layout.plan
     landing = np.zeros(plan.shape, bool)
     for cell in plan.stairwells:
@@ -93,19 +97,26 @@ def _add_rugs(spec: mujoco.MjSpec, layout: Layout) -> None:
         corners = plan.position(first), plan.position(last)
         half = np.abs(corners[1] - corners[0]) / 2 + plan.cell_size / 2 - _RUG_GAP
         half = half.clip(max=[_RUG_LARGEST / 2, _RUG_LARGEST / 2])
-        if half.min() < 0.3:
+        if half.min() < 0.3 or furnishing.kinds[i] in TILED:
             continue
         rug = np.array([*(corners[0] + corners[1]) / 2, *half])
         for layer, (material, inset) in enumerate((("rug_border", 0.0), (_RUGS[i % len(_RUGS)], 0.06))):
             add_box(spec, f"rug_{i}_{layer}", material, rug, 0, 0.003 + 0.002 * layer, margin=-inset)
 
 
-def _add_decorations(spec: mujoco.MjSpec, layout: Layout) -> None:
-    """Put decorations at walls, the same ones in every scene of a plan."""
-    random, placed = np.random.default_rng(0), list[tuple[str, str, np.ndarray, float]]()
+def _add_decorations(spec: mujoco.MjSpec, layout: Layout, furnishing: Furnishing) -> None:
+    """Put decorations at walls, where no child comes against them, and plants into corners."""
+    plan, random = layout.plan, np.random.default_rng(0)
+    taken = {cell for stretch in furnishing.windows for cell in stretch.cells} | furnishing.recesses
+    placed = [
+        ("plant", f"corner_{i}", *place) for i, (name, *place) in enumerate(furnishing.corners) if name == "plant"
+    ]
     for i, (position, yaw) in enumerate(layout.wall_places()):
-        if random.random() < _DECORATED_SHARE:
-            placed.append((_DECORATIONS[random.integers(len(_DECORATIONS))], str(i), position, yaw))
+        behind = position - layout.wall_thickness / 2 * np.array([np.cos(yaw), np.sin(yaw)])
+        before = position + plan.cell_size / 2 * np.array([np.cos(yaw), np.sin(yaw)])
+        if random.random() < _DECORATED_SHARE and plan.cell_at(behind) not in taken:
+            known = _FLAT if plan.cell_at(before) in plan.cell_index else _DECORATIONS
+            placed.append((known[random.integers(len(known))], str(i), position, yaw))
     # To attach takes as long as the scene is large, so they are gathered in small scenes first.
     size = 1 + math.isqrt(len(placed))
     for first in range(0, len(placed), size):
@@ -115,16 +126,20 @@ def _add_decorations(spec: mujoco.MjSpec, layout: Layout) -> None:
         spec.attach(some, prefix="decoration_", frame=spec.worldbody.add_frame())
 
 
-def _add_ground(spec: mujoco.MjSpec, layout: Layout) -> None:
+def _add_ground(spec: mujoco.MjSpec, layout: Layout, furnishing: Furnishing) -> None:
     """Add what the floor and the ground look like; what candles fall on is the plane of `scene.xml`."""
     _add_texture(spec, FLOOR, _planks())
     _add_texture(spec, "grass", _grass())
     _add_surface(spec, FLOOR, layout.floor, _WOOD_LENGTH)
     _add_surface(spec, "grass", layout.ground(_GROUND_MARGIN), _GROUND_LENGTH)
+    tiled = [layout.room_floor(i) for i, kind in enumerate(furnishing.kinds) if kind in TILED]
+    if tiled:
+        _add_texture(spec, "tiles", _tiles())
+        _add_surface(spec, "tiles", np.concatenate(tiled), _TILES_LENGTH, _TILES_HEIGHT)
 
 
-def _add_surface(spec: mujoco.MjSpec, name: str, rectangles: np.ndarray, length: float) -> None:
-    """Add a horizontal surface with holes, at height 0, as a mesh of disjoint rectangles (n, 4).
+def _add_surface(spec: mujoco.MjSpec, name: str, rectangles: np.ndarray, length: float, height: float = 0.0) -> None:
+    """Add a horizontal surface with holes, at a height in metres, as a mesh of disjoint rectangles (n, 4).
 
     It is under one seamless picture, that of the material of its name, which repeats after so many metres.
     """
@@ -133,7 +148,7 @@ def _add_surface(spec: mujoco.MjSpec, name: str, rectangles: np.ndarray, length:
     triangles = np.array([[0, 1, 2], [0, 2, 3]])
     faces = (4 * np.arange(len(rectangles))[:, None, None] + triangles).reshape(-1, 3)  # (2 n, 3)
     mesh = spec.add_mesh(name=name, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
-    mesh.uservert = np.pad(corners, ((0, 0), (0, 1))).ravel()
+    mesh.uservert = np.pad(corners, ((0, 0), (0, 1)), constant_values=height).ravel()
     mesh.usertexcoord = (corners / length).ravel()
     mesh.userface = faces.ravel()
     spec.worldbody.add_geom(
@@ -167,6 +182,16 @@ def _planks(size: int = 1024, courses: int = 20) -> np.ndarray:
         shade[:2] *= 0.72
         picture[top:bottom] = np.roll(shade, joint, axis=1)[..., None]
     return (picture * [196, 150, 104]).clip(0, 255).astype(np.uint8)
+
+
+@functools.cache
+def _tiles(size: int = 256, count: int = 4) -> np.ndarray:
+    """A picture (size, size, 3) of tiles with joints, a light one beside a darker one."""
+    place = np.arange(size)
+    joint = place % (size // count) < 3
+    dark = (place[:, None] * count // size + place * count // size) % 2
+    shade = np.where(joint[:, None] | joint, 0.80, 1.0 - 0.09 * dark)
+    return (shade[..., None] * [226, 229, 228]).astype(np.uint8)
 
 
 @functools.cache

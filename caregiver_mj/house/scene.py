@@ -8,6 +8,8 @@ on. Cameras have no prefix: `overview`, `follow`, and those of the robot, such a
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import mujoco
 import numpy as np
 
@@ -25,6 +27,17 @@ _CLOTHES = (
     {"shirt": (0.55, 0.78, 0.60, 1.0), "dungarees": (0.62, 0.30, 0.36, 1.0), "hair": (0.20, 0.14, 0.10, 1.0)},
     {"shirt": (0.86, 0.52, 0.62, 1.0), "dungarees": (0.33, 0.45, 0.38, 1.0), "hair": (0.80, 0.62, 0.34, 1.0)},
     {"shirt": (0.55, 0.72, 0.90, 1.0), "dungarees": (0.85, 0.60, 0.30, 1.0), "hair": (0.60, 0.30, 0.16, 1.0)},
+)
+# What further tables and toy bins look like, in turn.
+_TABLES: tuple[Mapping[str, tuple[float, ...]], ...] = (
+    {},
+    {"wood": (0.93, 0.92, 0.89, 1.0), "frame": (0.86, 0.85, 0.82, 1.0), "runner": (0.62, 0.73, 0.80, 1.0)},
+    {"wood": (0.38, 0.25, 0.17, 1.0), "frame": (0.32, 0.21, 0.15, 1.0), "runner": (0.83, 0.42, 0.34, 1.0)},
+)
+_BINS: tuple[Mapping[str, tuple[float, ...]], ...] = (
+    {},
+    {"panel": (0.86, 0.48, 0.42, 1.0), "inside": (0.55, 0.28, 0.25, 1.0)},
+    {"panel": (0.86, 0.71, 0.47, 1.0), "inside": (0.56, 0.44, 0.28, 1.0), "star": (0.45, 0.66, 0.50, 1.0)},
 )
 
 
@@ -57,7 +70,7 @@ def build_house(
     """
     spec = fittings.read_model("scene")
     shapes = layout.Layout(plan)
-    fittings.add_walls(spec, shapes, visuals)
+    fittings.add_walls(spec, shapes)
     if visuals:
         fittings.add_visuals(spec, shapes)
     if table_positions is None:
@@ -65,9 +78,11 @@ def build_house(
     if table_heights is None:
         table_heights = np.full(len(plan.tables), layout.TABLE_HEIGHT)
     for i, (position, height) in enumerate(zip(table_positions, table_heights, strict=True)):
-        fittings.place_model(spec, fittings.table_model(height, visuals), f"table_{i}", position)
+        table = _painted(fittings.table_model(height, visuals), _TABLES[i % len(_TABLES)])
+        fittings.place_model(spec, table, f"table_{i}", position)
     for i, cell in enumerate(plan.bins):
-        fittings.place_model(spec, fittings.read_model("toy_bin", visuals), f"bin_{i}", plan.position(cell))
+        toy_bin = _painted(fittings.read_model("toy_bin", visuals), _BINS[i % len(_BINS)])
+        fittings.place_model(spec, toy_bin, f"bin_{i}", plan.position(cell))
     on_tables = [(*table_positions[table], table_heights[table]) for table in plan.candle_tables]
     on_floor = [(*plan.position(plan.free_cells[cell]), 0.0) for cell in plan.floor_cells]
     movable = plan.hazards.at(Where.ON_TABLE) + plan.hazards.at(Where.FLOOR)
@@ -97,10 +112,14 @@ def child_joints(child: int) -> tuple[str, ...]:
 
 
 def _child(number: int) -> mujoco.MjSpec:
-    model = fittings.read_model("toddler")
-    if number:
-        for material, rgba in _CLOTHES[(number - 1) % len(_CLOTHES)].items():
-            model.material(material).rgba = rgba
+    clothes = _CLOTHES[(number - 1) % len(_CLOTHES)] if number else {}
+    return _painted(fittings.read_model("toddler"), clothes)
+
+
+def _painted(model: mujoco.MjSpec, colours: Mapping[str, tuple[float, ...]]) -> mujoco.MjSpec:
+    """Give materials of a model other colours."""
+    for material, rgba in colours.items():
+        model.material(material).rgba = rgba
     return model
 
 

@@ -11,7 +11,9 @@ from __future__ import annotations
 
 import functools
 import importlib.resources
+import itertools
 import math
+from collections.abc import Collection
 from typing import NamedTuple
 from xml.etree import ElementTree
 
@@ -101,6 +103,21 @@ def gate_frames(plan: FloorPlan) -> list[tuple[float, float, float]]:
     """Return the frames of the landings behind gates, as of `Gate`: x and y, m, and the yaw of the way down, rad."""
     pairs = ((plan.position(cell).tolist(), cell, mouth) for cell, mouth in plan.mouths.items())
     return [(x, y, math.atan2(mouth[0] - cell[0], cell[1] - mouth[1])) for (x, y), cell, mouth in pairs]
+
+
+class Stretch(NamedTuple):
+    """A straight stretch of an outer wall, seen from a room."""
+
+    room: int  # its number
+    outwards: Cell  # the step (row, column) from the room into the wall
+    cells: tuple[Cell, ...]  # the wall's cells, side by side
+
+    def split(self, length: int, random: np.random.Generator) -> tuple[Stretch, Stretch, Stretch]:
+        """Return so many cells of it, drawn at random, between what is before and what is after them."""
+        begin = int(random.integers(len(self.cells) - length + 1))
+        ends = 0, begin, begin + length, len(self.cells)
+        before, taken, after = (self._replace(cells=self.cells[i:k]) for i, k in itertools.pairwise(ends))
+        return before, taken, after
 
 
 class Layout:
@@ -211,6 +228,68 @@ class Layout:
                 inwards = np.array([-right, down])  # x and y
                 places.append((plan.position(wall) + half_wall * inwards, float(np.arctan2(inwards[1], inwards[0]))))
         return places
+
+    @functools.cached_property
+    def stretches(self) -> tuple[Stretch, ...]:
+        """The stretches of outer walls, but for those to the south, as above: neither stairs nor an end is in one."""
+        found: list[Stretch] = []
+        for (number, room), (down, right) in itertools.product(enumerate(self.rooms), ((-1, 0), (0, 1), (0, -1))):
+            cells = [(row + down, column + right) for row, column in np.argwhere(room).tolist()]
+            outer = [cell for cell in cells if self._is_outer(cell, (down, right))]
+            previous: Cell | None = None
+            for cell in sorted(outer, key=lambda cell: cell if down else cell[::-1]):
+                if previous != (cell[0] - abs(right), cell[1] - abs(down)):
+                    found.append(Stretch(number, (down, right), ()))
+                found[-1] = found[-1]._replace(cells=(*found[-1].cells, cell))
+                previous = cell
+        return tuple(found)
+
+    def _is_outer(self, wall: Cell, outwards: Cell) -> bool:
+        """Whether a cell is straight wall, with nothing but the outside behind it."""
+        (down, right), plan = outwards, self.plan
+        beside = [(wall[0] + k * right, wall[1] + k * down) for k in (-1, 0, 1)]
+        if any(not plan.is_wall(cell) or cell in self._alcoves for cell in beside):
+            return False
+        parts = self._outside[3 * wall[0] : 3 * wall[0] + 3, 3 * wall[1] : 3 * wall[1] + 3]
+        edge = parts[0] if down else parts[:, 1 + right]
+        return bool(edge.all())
+
+    def face(self, stretch: Stretch) -> tuple[np.ndarray, float]:
+        """Return the middle of a stretch at the foot of the wall's face, (2,), m, and the yaw that faces the room."""
+        down, right = stretch.outwards
+        inwards = np.array([-right, down])  # x and y
+        middle = np.mean([self.plan.position(cell) for cell in stretch.cells], axis=0)
+        return middle + self.wall_thickness / 2 * inwards, float(np.arctan2(inwards[1], inwards[0]))
+
+    def walls_without(self, cells: Collection[Cell]) -> np.ndarray:
+        """Return what `walls` is without those in some cells, (n, 4)."""
+        solid = self._solid.copy()
+        for row, column in cells:
+            solid[3 * row : 3 * row + 3, 3 * column : 3 * column + 3] = False
+        return _rectangles(solid, *self._part_edges)
+
+    def corners(self) -> list[tuple[np.ndarray, float]]:
+        """Return the corners of the rooms: points (2,) at the foot of both walls, metres, and the yaw between them.
+
+        Nobody comes into the square of (cell - wall) / 2 before one.
+        """
+        plan, found = self.plan, []
+        taken = {cell for cell, _ in self.doorways} | set(plan.stairwells)
+        reach = plan.cell_size - self.wall_thickness / 2
+        for cell in sorted(set(plan.free_cells) - taken):
+            for down, right in itertools.product((-1, 1), repeat=2):
+                walls = [(cell[0] + down, cell[1]), (cell[0], cell[1] + right), (cell[0] + down, cell[1] + right)]
+                if all(plan.is_wall(wall) and wall not in self._alcoves for wall in walls):
+                    inwards = np.array([-right, down])
+                    found.append((plan.position(cell) - reach * inwards, float(np.arctan2(*inwards[::-1]))))
+        return found
+
+    def room_floor(self, room: int) -> np.ndarray:
+        """Return the floor of a room up to its walls, (n, 4), disjoint."""
+        near = np.pad(self.rooms[room].repeat(3, axis=0).repeat(3, axis=1), 1)
+        height, width = near.shape
+        wider = np.any([near[i : height - 2 + i, k : width - 2 + k] for i in range(3) for k in range(3)], axis=0)
+        return _rectangles(wider & ~self._solid & ~self._at_alcove, *self._part_edges)
 
     @functools.cached_property
     def _alcoves(self) -> tuple[Cell, ...]:
