@@ -31,7 +31,7 @@ from caregiver_mj.envs.house import HouseEnv
 from caregiver_mj.envs.targets import TargetsEnv, make_targets
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.spec import EpisodeSpec, plan_of_record, record_of_plan
-from caregiver_mj.house.rendering import control, engine, mujoco
+from caregiver_mj.house.rendering import control, mujoco
 from caregiver_mj.plans.hazards import NOTHING, DamageWeights
 from caregiver_mj.policy.own import make_policy
 from caregiver_mj.recording.rollout import Rollout
@@ -250,7 +250,7 @@ def _cameras(
     with contextlib.ExitStack() as files:
         cameras = []
         for name in recording.cameras:
-            camera = engine.Camera(house_of(env).physics, height=height, width=width, camera_id=name)
+            camera = house_of(env).physics.camera(name, width, height)
             camera.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0  # shadows take four fifths of the time
             cameras.append((camera, files.enter_context(open(frames_file(folder, name), "wb"))))
 

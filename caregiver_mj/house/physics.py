@@ -27,6 +27,7 @@ from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.view import loose
 
+EYE = "eye"  # the robot's camera
 _SPRUNG = 0.002  # m; greatest travel of the bolt of a latched gate
 _HIDES = np.array([group in (OPAQUE, 3) for group in range(mujoco.mjNGROUP)], np.uint8)  # groups of opaque geoms
 _DENSE = 150  # degrees of freedom up to which dense Jacobians are faster; house `paper` has 43
@@ -159,9 +160,27 @@ class Physics(OffscreenRendering, engine.Physics):
 
         They have no shadows, which take two thirds of the time: by name, uint8 (240, 320, 3).
         """
-        how: dict[str, Any] = {"eye": {"scene_callback": _raise_walls}, **({"overview": {}} if overview else {})}
-        self.check_cameras(how)
-        return {name: self.render(camera_id=name, render_flag_overrides={"shadow": False}, **how[name]) for name in how}
+        names = [EYE, "overview"] if overview else [EYE]
+        self.check_cameras(names)
+        return {name: self.render(camera_id=name, render_flag_overrides={"shadow": False}) for name in names}
+
+    def render(self, height: int = 240, width: int = 320, camera_id: int | str = -1, **options: Any) -> np.ndarray:
+        """Render a picture, as dm_control does; for the robot's `eye`, walls go up to the ceiling and cast no shadows.
+
+        Args:
+            height: Pixels.
+            width: Pixels.
+            camera_id: The camera's name or number.
+            options: Further ones of `dm_control.mujoco.Physics.render`.
+        """
+        if camera_id == EYE or camera_id == mujoco.mj_name2id(self._raw[0], mujoco.mjtObj.mjOBJ_CAMERA, EYE) >= 0:
+            options = {"scene_callback": raise_walls, "render_flag_overrides": {"shadow": False}} | options
+        return super().render(height, width, camera_id, **options)
+
+    def camera(self, name: str, width: int, height: int) -> engine.Camera:
+        """Return one of its cameras, to render with again and again; the walls are those of `render`."""
+        raised = raise_walls if name == EYE else None
+        return engine.Camera(self, height=height, width=width, camera_id=name, scene_callback=raised)
 
     def _make_rendering_contexts(self) -> None:
         if not self._has_visuals():
@@ -357,7 +376,7 @@ class Physics(OffscreenRendering, engine.Physics):
                 self._warnings_before[:] = warnings
 
 
-def _raise_walls(physics: engine.Physics, scene: wrapper.MjvScene) -> None:
+def raise_walls(physics: engine.Physics, scene: wrapper.MjvScene) -> None:
     """Raise a scene's walls to the ceiling."""
     paint, cap = (physics.model.name2id(name, "material") for name in ("paint", "cap"))
     for geom in scene.geoms:

@@ -9,7 +9,9 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from caregiver_mj.house.rendering import engine, mujoco
+from caregiver_mj.house.physics import EYE, Physics
+from caregiver_mj.house.rendering import mujoco
+from caregiver_mj.plans.layout import CEILING
 from caregiver_mj.viz.forecast import Tile
 
 _HIDDEN = 3  # the first group of geoms that MuJoCo does not draw
@@ -35,15 +37,18 @@ class Camera:
         geoms: Numbers of the geoms that are drawn, (geoms,).
     """
 
-    def __init__(self, physics: engine.Physics, name: str, width: int, height: int, shadows: bool = False):
+    def __init__(self, physics: Physics, name: str, width: int, height: int, shadows: bool = False):
         self.width, self.height = width, height
-        self.view = engine.Camera(physics, height=height, width=width, camera_id=name)
-        self.view.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows
+        self.view = physics.camera(name, width, height)
+        self.view.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows = shadows and name != EYE
         self._model, self._data = physics.model.ptr, physics.data.ptr
         self._id = physics.model.name2id(name, "camera")
         self._scale = height / 2 / math.tan(math.radians(self._model.cam_fovy[self._id]) / 2)  # pixels a metre, 1 m off
         self.geoms = np.flatnonzero(self._model.geom_group < _HIDDEN)
         centres, halves = np.split(self._model.geom_aabb[self.geoms, None], 2, axis=2)
+        if name == EYE:  # which sees walls as high as the ceiling
+            walls = self._model.geom_bodyid[self.geoms] == 0
+            halves[walls, :, 2] += CEILING
         self._corners = centres + halves * _CORNERS  # (geoms, 8, 3), of a box around each, in its frame
         suns = self._model.light_castshadow.astype(bool) & shadows
         self._sunlight = self._data.light_xdir[suns]  # (suns, 3); nothing else in the house throws shadows
@@ -89,7 +94,7 @@ class StillCamera(Camera):
     Without a graphics card the time goes into pixels, and most of them show the same house as before.
     """
 
-    def __init__(self, physics: engine.Physics, name: str, width: int, height: int, shadows: bool = True):
+    def __init__(self, physics: Physics, name: str, width: int, height: int, shadows: bool = True):
         super().__init__(physics, name, width, height, shadows)
         self._physics = physics
         self._picture: np.ndarray | None = None
@@ -178,7 +183,7 @@ class TileLayer(StillCamera):
     picture in which the colour of everything is its number.
     """
 
-    def __init__(self, physics: engine.Physics, name: str, width: int, height: int, still: bool = True):
+    def __init__(self, physics: Physics, name: str, width: int, height: int, still: bool = True):
         """Set the camera up, see `Camera`; and whether it stands still."""
         super().__init__(physics, name, width, height, shadows=False)
         self._tiles: Sequence[Tile] = ()
