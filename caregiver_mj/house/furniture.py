@@ -308,12 +308,13 @@ def _add(spec: mujoco.MjSpec, name: str, parts: tuple[Part, ...], place: np.ndar
     """Add parts at a place; with a yaw of quarter turns but for what is round."""
     ahead = np.array([np.cos(yaw), np.sin(yaw)])
     aside = np.array([-ahead[1], ahead[0]])
+    visual = spec.find_default("house_visual")
     for number, part in enumerate(parts):
         spans = np.array([part.deep, part.across, part.up])
         (deep, across, up), half = spans.mean(axis=1), np.ptp(spans, axis=1) / 2
         x, y = place - deep * ahead + across * aside
         spec.worldbody.add_geom(
-            spec.find_default("house_visual"),
+            visual,
             name=f"{name}_{number}",
             type=mujoco.mjtGeom.mjGEOM_CYLINDER if part.is_round else mujoco.mjtGeom.mjGEOM_BOX,
             material=part.material or fabric,

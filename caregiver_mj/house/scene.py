@@ -89,9 +89,9 @@ def build_house(
     for hazard, place in zip(movable, on_tables + on_floor, strict=True):
         frame = spec.worldbody.add_frame(pos=place)
         spec.attach(fittings.read_model(hazard.kind.model, visuals), prefix=f"{hazard.element}/", frame=frame)
-    _add_stairwells(spec, plan)
+    _add_stairwells(spec, plan, visuals)
     for k in range(children):
-        spec.attach(_child(k), prefix=child_prefix(k), frame=spec.worldbody.add_frame())
+        spec.attach(_child(k, visuals), prefix=child_prefix(k), frame=spec.worldbody.add_frame())
     if robot is not False:
         _add_robot(spec, find_embodiment(None if robot is True else robot), has_tray=bool(plan.floor_cells))
     fittings.add_cameras(spec, plan)
@@ -111,9 +111,9 @@ def child_joints(child: int) -> tuple[str, ...]:
     return tuple(child_prefix(child) + joint for joint in ("x", "y", "yaw"))
 
 
-def _child(number: int) -> mujoco.MjSpec:
+def _child(number: int, visuals: bool) -> mujoco.MjSpec:
     clothes = _CLOTHES[(number - 1) % len(_CLOTHES)] if number else {}
-    return _painted(fittings.read_model("toddler"), clothes)
+    return _painted(fittings.read_model("toddler", visuals), clothes)
 
 
 def _painted(model: mujoco.MjSpec, colours: Mapping[str, tuple[float, ...]]) -> mujoco.MjSpec:
@@ -139,13 +139,14 @@ def _shorten_camera_names(spec: mujoco.MjSpec) -> None:
             camera.name = name
 
 
-def _add_stairwells(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
+def _add_stairwells(spec: mujoco.MjSpec, plan: FloorPlan, visuals: bool) -> None:
     if plan.mouths and plan.cell_size != DEFAULT_CELL_SIZE:
         raise CaregiverError(f"cells must be of {DEFAULT_CELL_SIZE} m in a house with gates, got {plan.cell_size:g}")
     hazards = plan.hazards.at(Where.OPENING)
     for hazard, cell, step in zip(hazards, plan.stairwells, plan.stair_directions, strict=True):
         kind = hazard.kind
-        model = fittings.read_model("hatch" if step is None else "stairwell" if kind.fenced else kind.model)
+        name = "hatch" if step is None else "stairwell" if kind.fenced else kind.model
+        model = fittings.read_model(name, visuals)
         for geom in model.geoms:
             if geom.name != "trigger":  # what is seen fills the cell, whatever its size
                 stretch = plan.cell_size / DEFAULT_CELL_SIZE
@@ -157,4 +158,4 @@ def _add_stairwells(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
         if kind.fenced:
             turn = [np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)]
             frame = spec.worldbody.add_frame(pos=[*plan.position(cell), 0], quat=turn)
-            spec.attach(fittings.read_model(kind.model), prefix=f"{hazard.element}/", frame=frame)
+            spec.attach(fittings.read_model(kind.model, visuals), prefix=f"{hazard.element}/", frame=frame)
