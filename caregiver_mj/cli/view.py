@@ -23,7 +23,7 @@ from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.outside import plain
 from caregiver_mj.tasks import TASKS
-from caregiver_mj.viz import OVERLAYS
+from caregiver_mj.viz import AUTO, CAMERAS, OVERLAYS
 
 if TYPE_CHECKING:
     from caregiver_mj.experiments.spec import EpisodeSpec
@@ -52,7 +52,13 @@ def add_render(command: argparse.ArgumentParser) -> None:
         choices=OVERLAYS,
         help="drawn on the floor: the predicted places of the child, and the hazards to it",
     )
-    command.add_argument("--out", required=True, metavar="FILE.mp4", help="film to write")
+    command.add_argument(
+        "--camera",
+        default=AUTO,
+        metavar="NAME",
+        help=f"the large view: {AUTO} (default), the house and a close shot of what happens, or {', '.join(CAMERAS)}",
+    )
+    command.add_argument("--out", required=True, metavar="FILE", help="film to write: .mp4, .gif or .webp")
     command.add_argument("--still", metavar="FILE.png", help="image to write of a telling moment")
 
 
@@ -95,6 +101,7 @@ def _render(arguments: argparse.Namespace) -> None:
         arguments.out,
         spec,
         seconds=arguments.seconds,
+        picture=film.Picture(camera=arguments.camera),
         overlay=arguments.overlay,
         still=arguments.still,
         answers=answers[arguments.episode] if answers else "",

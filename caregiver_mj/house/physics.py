@@ -178,7 +178,12 @@ class Physics(OffscreenRendering, engine.Physics):
         return super().render(height, width, camera_id, **options)
 
     def camera(self, name: str, width: int, height: int) -> engine.Camera:
-        """Return one of its cameras, to render with again and again; the walls are those of `render`."""
+        """Return one of its cameras, to render with again and again; without a name, one that can be moved.
+
+        The walls are those of `render`.
+        """
+        if not name:
+            return engine.MovableCamera(self, height, width)
         raised = raise_walls if name == EYE else None
         return engine.Camera(self, height=height, width=width, camera_id=name, scene_callback=raised)
 

@@ -15,6 +15,7 @@ from rich.progress import (
 )
 
 OVERLAYS = ("danger",)  # that films have
+AUTO = "auto"  # the camera that a film chooses
 CAMERAS = ("overview", "follow", "wrist", "eye")  # of a house with a robot
 
 

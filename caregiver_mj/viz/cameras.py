@@ -6,6 +6,7 @@ import contextlib
 import itertools
 import math
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from caregiver_mj.house.rendering import mujoco
 from caregiver_mj.plans.layout import CEILING
 from caregiver_mj.viz.forecast import Tile
 
+FOVY = 30.0  # degrees, of a camera that is none of the model's; a long lens, so that walls do not hide much
 _HIDDEN = 3  # the first group of geoms that MuJoCo does not draw
 _NEAREST = 0.01  # metres before a camera
 _CORNERS = np.array(list(itertools.product((-1, 1), repeat=3)))
@@ -25,6 +27,20 @@ _FIRST = 1 << 16  # the number of the first tile in a mask, beyond those of all 
 _ABOVE = 1.2  # metres: where labels are written
 
 
+class Pose(NamedTuple):
+    """Where a camera is that none of the model's is: it looks north and down on a place."""
+
+    place: tuple[float, float, float]  # metres, in the middle of the picture
+    distance: float  # metres from there
+    elevation: float  # radians below the horizon
+
+    @property
+    def axes(self) -> np.ndarray:
+        """The picture's axes to the right, down, and ahead, (3, 3), a column each."""
+        sine, cosine = math.sin(self.elevation), math.cos(self.elevation)
+        return np.array([(1.0, 0.0, 0.0), (0.0, -sine, cosine), (0.0, -cosine, -sine)])
+
+
 class Camera:
     """A camera that leaves out of the scene what it does not see.
 
@@ -34,16 +50,20 @@ class Camera:
         width: Width of its pictures, pixels.
         height: Their height.
         view: dm_control's camera.
+        pose: Where it is, if it is none of the model's.
         geoms: Numbers of the geoms that are drawn, (geoms,).
     """
 
-    def __init__(self, physics: Physics, name: str, width: int, height: int, shadows: bool = False):
-        self.width, self.height = width, height
+    def __init__(self, physics: Physics, where: str | Pose, width: int, height: int, shadows: bool = False):
+        """Set up one of the model's cameras, by its name, or one in another place."""
+        self.width, self.height, self.pose = width, height, where if isinstance(where, Pose) else None
+        name = "" if isinstance(where, Pose) else where
         self.view = physics.camera(name, width, height)
         self.view.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows = shadows and name != EYE
         self._model, self._data = physics.model.ptr, physics.data.ptr
-        self._id = physics.model.name2id(name, "camera")
-        self._scale = height / 2 / math.tan(math.radians(self._model.cam_fovy[self._id]) / 2)  # pixels a metre, 1 m off
+        self._id = physics.model.name2id(name, "camera") if name else -1
+        fovy = self._model.cam_fovy[self._id] if name else FOVY
+        self._scale = height / 2 / math.tan(math.radians(fovy) / 2)  # pixels a metre, 1 m off
         self.geoms = np.flatnonzero(self._model.geom_group < _HIDDEN)
         centres, halves = np.split(self._model.geom_aabb[self.geoms, None], 2, axis=2)
         if name == EYE:  # which sees walls as high as the ceiling
@@ -62,13 +82,17 @@ class Camera:
     def only_seen_in(self, part: Part, boxes: np.ndarray) -> Iterator[None]:
         """Make scenes, within, only of what lies, or throws a shadow, in a part of the picture, by all their boxes."""
         seen = (boxes[:, :2] < part[2:]).all(axis=1) & (boxes[:, 2:] > part[:2]).all(axis=1)
-        unseen, groups = self.geoms[~seen], self._model.geom_group
-        before = groups[unseen]
+        unseen, groups, lens = self.geoms[~seen], self._model.geom_group, self._model.vis.global_
+        before, fovy = groups[unseen], lens.fovy
         groups[unseen] = _HIDDEN
+        if self.pose:
+            lens.fovy = FOVY
+            angles = 90.0, -math.degrees(self.pose.elevation)  # to the north, and up
+            self.view.set_pose(self.pose.place, self.pose.distance, *angles)
         try:
             yield
         finally:
-            groups[unseen] = before
+            groups[unseen], lens.fovy = before, fovy
 
     def boxes(self, which: np.ndarray | slice = slice(None)) -> np.ndarray:
         """Return where in the picture geoms, of those that are drawn, and their shadows are.
@@ -79,13 +103,19 @@ class Camera:
         turned = self._corners[which] @ self._data.geom_xmat[geoms].reshape(-1, 3, 3).swapaxes(1, 2)
         corners = self._data.geom_xpos[geoms, None] + turned  # (n, 8, 3)
         on_floor = [corners - corners[..., 2:] / light[2] * light for light in self._sunlight]
-        axes = self._data.cam_xmat[self._id].reshape(3, 3) * (1, -1, -1)  # to the right, down, and ahead
-        places = (np.concatenate([corners, *on_floor], axis=1) - self._data.cam_xpos[self._id]) @ axes
+        eye, axes = self._eye()
+        places = (np.concatenate([corners, *on_floor], axis=1) - eye) @ axes
         depth = np.maximum(places[..., 2:], _NEAREST)
         pixels = places[..., :2] / depth * self._scale + (self.width / 2, self.height / 2)
         boxes = np.concatenate([pixels.min(axis=1) - _MARGIN, pixels.max(axis=1) + _MARGIN], axis=1)
         boxes[(depth == _NEAREST).any(axis=(1, 2))] = -np.inf, -np.inf, np.inf, np.inf
         return boxes
+
+    def _eye(self) -> tuple[np.ndarray, np.ndarray]:
+        """Where it is, (3,), and its picture's axes to the right, down, and ahead, (3, 3)."""
+        if self.pose:
+            return self.pose.place - self.pose.distance * self.pose.axes[:, 2], self.pose.axes
+        return self._data.cam_xpos[self._id], self._data.cam_xmat[self._id].reshape(3, 3) * (1, -1, -1)
 
 
 class StillCamera(Camera):
@@ -94,8 +124,8 @@ class StillCamera(Camera):
     Without a graphics card the time goes into pixels, and most of them show the same house as before.
     """
 
-    def __init__(self, physics: Physics, name: str, width: int, height: int, shadows: bool = True):
-        super().__init__(physics, name, width, height, shadows)
+    def __init__(self, physics: Physics, where: str | Pose, width: int, height: int, shadows: bool = True):
+        super().__init__(physics, where, width, height, shadows)
         self._physics = physics
         self._picture: np.ndarray | None = None
         self._poses = self._read_poses()
@@ -183,9 +213,9 @@ class TileLayer(StillCamera):
     picture in which the colour of everything is its number.
     """
 
-    def __init__(self, physics: Physics, name: str, width: int, height: int, still: bool = True):
+    def __init__(self, physics: Physics, where: str | Pose, width: int, height: int, still: bool = True):
         """Set the camera up, see `Camera`; and whether it stands still."""
-        super().__init__(physics, name, width, height, shadows=False)
+        super().__init__(physics, where, width, height, shadows=False)
         self._tiles: Sequence[Tile] = ()
         self._still = still
         flags, flag = self.view.scene.flags, mujoco.mjtRndFlag

@@ -8,9 +8,11 @@ import math
 import numbers
 import os
 import pathlib
+import subprocess
 import tempfile
 from collections.abc import Callable, Iterator
 
+import imageio_ffmpeg
 import numpy as np
 from PIL import Image
 
@@ -19,13 +21,16 @@ from caregiver_mj.errors import CaregiverError, check_kind, check_number
 from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.policy.own import OwnPolicy
 from caregiver_mj.recording.video import video_writer
-from caregiver_mj.viz import OVERLAYS, hud, progress_bar
-from caregiver_mj.viz.cameras import Camera, StillCamera, TileLayer
+from caregiver_mj.viz import AUTO, OVERLAYS, director, hud, progress_bar
+from caregiver_mj.viz.cameras import Camera, Pose, StillCamera, TileLayer
 from caregiver_mj.viz.colours import GROUND
 from caregiver_mj.viz.episode import Episode
+from caregiver_mj.viz.moment import HudState
 
 _SMALLEST, _LARGEST = (320, 240), (3840, 2160)  # pixels
 LONGEST = 86_400  # seconds of a film
+FORMATS = ".mp4", ".gif", ".webp"  # of films, by the suffix
+_LOSSY = dict.fromkeys(FORMATS[1:], ("-crf", "8"))  # of what is converted: finer than a film
 _TRAIL_SECONDS = 20.0
 _WIDE = 1.5  # width over height from which a picture has room for insets beside the house
 # Sides of round things, their rings, and pixels of the shadow map's side; how high pictures of a whole house may be for
@@ -46,7 +51,8 @@ class Picture:
     width: int = 1280  #: pixels, even
     height: int = 720  #: pixels, even
     fps: float = 30.0  #: frames a second
-    camera: str = "overview"  #: the camera of the large view
+    #: the camera of the large view: one of the model's, or "auto" for the whole house and a close shot of what happens
+    camera: str = AUTO
 
     def check(self) -> None:
         """Raise CaregiverError unless there can be such pictures."""
@@ -72,10 +78,14 @@ class Studio:
         self._episode, self._trail_length = episode, trail_length
         width, height, camera = picture.width, picture.height, picture.camera
         physics = episode.env.physics
-        physics.check_cameras([camera])
+        self._is_wide = width > _WIDE * height
+        if camera == AUTO and not self._is_wide:
+            camera = "overview"
+        if camera != AUTO:
+            physics.check_cameras([camera])
         quality = physics.model.vis.quality
         quality.numquads = 1  # lit by the sun alone, boxes look the same and are drawn faster
-        still = physics.model.ptr.camera(camera).bodyid == 0  # the world's
+        still = camera == AUTO or physics.model.ptr.camera(camera).bodyid == 0  # the world's
         looks = isinstance(episode.policy, OwnPolicy) or (episode.policy and episode.policy.caregiver.needs_pictures)
         if not looks:  # nobody acts upon pictures
             # As coarse as nobody sees it: without a graphics card most of the time goes into vertices and shadows.
@@ -86,23 +96,54 @@ class Studio:
         self._page[:] = GROUND
         self._main = self._page[: hud.strip_top(width, height)]  # nothing hides behind the strip
         size = width, self._main.shape[0]
-        self._camera = (StillCamera if still else Camera)(physics, camera, *size, shadows=True)
-        self._tiles = TileLayer(physics, camera, *size, still) if episode.foresees else None
-        self._insets = []
-        captions = {"follow": "toddler" if len(episode.spec.family) == 1 else "child 1", "wrist": "gripper"}
-        if width > _WIDE * height:
-            for name in captions:  # cameras shown beside the overview
-                if name in physics.camera_names() and name != camera:
-                    inset = Camera(physics, name, *hud.inset_size(width, height))
-                    self._insets.append((captions[name], inset))
+        self._column, where = 0, camera
+        if camera == AUTO:
+            where, self._column = director.overview(episode.env.task.plan, *size)
+        self._camera = (StillCamera if still else Camera)(physics, where, *size, shadows=True)
+        self._tiles = TileLayer(physics, where, *size, still) if episode.foresees else None
+        inset_size = hud.inset_size(width, height)
+        if self._column:
+            inset_size = hud.column_inset_size(width, height, self._column, episode.env.task.plan, episode.foresees)
+        self._follow = director.CloseShot(inset_size[0] / inset_size[1], picture.fps)
+        self._insets = {name: Camera(physics, _place(name), *inset_size) for name in self._inset_names(camera)}
+
+    def _inset_names(self, camera: str) -> list[str]:
+        """The cameras shown beside the large one."""
+        if not self._is_wide:
+            return []
+        known = self._episode.env.physics.camera_names()
+        beside = AUTO if camera == AUTO else "follow"
+        return [name for name in (beside, "wrist") if name == AUTO or (name in known and name != camera)]
 
     def frame(self) -> np.ndarray:
         """Render the present moment, (height, width, 3)."""
         self._main[:] = self._camera.render()
         if self._tiles:
             self._tiles.lay(self._main, self._episode.tiles())
-        insets = [(caption, camera.render()) for caption, camera in self._insets]
-        return hud.draw(self._page, self._episode.hud_state(self._trail_length), insets)
+        state = self._episode.hud_state(self._trail_length)
+        insets = [(self._caption(name), self._insets[name].render()) for name in self._shown(state)]
+        return hud.draw(self._page, state, insets, beside=bool(self._column))
+
+    def _shown(self, state: HudState) -> list[str]:
+        """Say which insets are shown: of the director's one, the hand while it works, and else the close shot."""
+        if AUTO not in self._insets:
+            return [*self._insets]
+        shot = self._insets[AUTO]
+        shot.pose = self._follow.follow(state)
+        physics = self._episode.env.physics
+        works = "wrist" in self._insets and director.hand_works(
+            state, physics.pinch_position(), physics.base_velocity()
+        )
+        return ["wrist" if works else AUTO]
+
+    def _caption(self, name: str) -> str:
+        child = "toddler" if len(self._episode.spec.family) == 1 else "child 1"
+        return {AUTO: "close up", "follow": child, "wrist": "gripper"}[name]
+
+
+def _place(camera: str) -> str | Pose:
+    """Where a camera of a name is to begin with; the director tells its own where to go."""
+    return Pose((0.0, 0.0, 0.0), 1.0, 1.0) if camera == AUTO else camera
 
 
 def render_episode(
@@ -120,7 +161,7 @@ def render_episode(
     """Film an episode, with what the caregiver knows and does on display.
 
     Args:
-        path: The film, `FILE.mp4`.
+        path: The film, `FILE.mp4`, `FILE.gif` or `FILE.webp`.
         spec: The episode, the same as in an evaluation: in the house, also if its world is the grid.
         seconds: Length of the film; less if the episode is over before.
         picture: Size, frame rate and camera.
@@ -143,7 +184,7 @@ def render_episode(
         check_acts_alone(spec.caregiver)
     if overlay not in (None, *OVERLAYS):
         raise CaregiverError(f"no overlay '{overlay}': there is {', '.join(OVERLAYS)}")
-    path, still = _writable(path, ".mp4"), None if still is None else _writable(still, ".png")
+    path, still = _writable(path, *FORMATS), None if still is None else _writable(still, ".png")
     filmed = Episode(dataclasses.replace(spec, world="house"), overlay == "danger", answers)
     best: tuple[float, np.ndarray | None] = (math.inf, None)
     fps, size = picture.fps, (picture.width, picture.height)
@@ -174,12 +215,13 @@ def film_writer(path: pathlib.Path, width: int, height: int, fps: float) -> Iter
         CaregiverError: It could not be written.
     """
     unfinished = path.with_name(f".{path.name}.part.mp4")
+    options = (*_OPTIONS, *_LOSSY.get(path.suffix.lower(), ()))
     writer = None
 
     def write(frame: np.ndarray) -> None:
         nonlocal writer
         if writer is None:  # not before: one that never gets a frame complains when it is closed
-            writer = video_writer(unfinished, width, height, fps, *_OPTIONS)
+            writer = video_writer(unfinished, width, height, fps, *options)
         writer.send(np.ascontiguousarray(frame))
 
     try:
@@ -187,6 +229,7 @@ def film_writer(path: pathlib.Path, width: int, height: int, fps: float) -> Iter
         if writer is None:
             raise CaregiverError(f"a film must have at least 1 picture, got none for '{path}'")
         writer.close()
+        _convert(unfinished, path)
         unfinished.replace(path)
     except OSError as error:
         raise CaregiverError(f"'{path}' cannot be written: {error}") from None
@@ -196,12 +239,37 @@ def film_writer(path: pathlib.Path, width: int, height: int, fps: float) -> Iter
         unfinished.unlink(missing_ok=True)
 
 
-def _writable(path: str | os.PathLike[str], suffix: str) -> pathlib.Path:
-    """The path, once it is sure that a file of that kind can be written there; a CaregiverError if it cannot."""
+def _convert(film: pathlib.Path, path: pathlib.Path) -> None:
+    """Make a finished film what the suffix of its path says, in its place."""
+    suffix = path.suffix.lower()
+    if suffix == FORMATS[0]:
+        return
+    palette, made = film.with_suffix(".png"), film.with_suffix(suffix)
+    steps: list[list[str]] = [["-c:v", "libwebp_anim", "-loop", "0", "-q:v", "80", str(made)]]
+    if suffix == ".gif":  # in two passes, with the colours of all of it
+        steps = [
+            ["-vf", "palettegen=max_colors=160:stats_mode=diff", "-frames:v", "1", "-update", "1", str(palette)],
+            ["-i", str(palette), "-lavfi", "paletteuse=dither=none:diff_mode=rectangle", str(made)],
+        ]
+    try:
+        for options in steps:
+            command = [imageio_ffmpeg.get_ffmpeg_exe(), "-y", "-loglevel", "error", "-i", str(film), *options]
+            done = subprocess.run(command, capture_output=True, text=True, check=False)
+            if done.returncode:
+                raise CaregiverError(f"'{path}' cannot be written: {' '.join(done.stderr.split())}")
+        made.replace(film)
+    finally:
+        for file in (palette, made):
+            file.unlink(missing_ok=True)
+
+
+def _writable(path: str | os.PathLike[str], *suffixes: str) -> pathlib.Path:
+    """The path, once it is sure that a file of such a kind can be written there; a CaregiverError if it cannot."""
     check_kind("a file", path, str, os.PathLike)
     path = pathlib.Path(path)
-    if path.suffix.lower() != suffix:
-        raise CaregiverError(f"the file must be called FILE{suffix}, got '{path}'")
+    if path.suffix.lower() not in suffixes:
+        names = ", ".join(f"FILE{suffix}" for suffix in suffixes)
+        raise CaregiverError(f"the file must be called {names.replace(', ', ' or ')}, got '{path}'")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=path.parent):

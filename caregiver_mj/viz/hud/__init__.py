@@ -4,7 +4,7 @@ A card along the lower edge shows the numbers of the moment, another in the uppe
 children's trails.
 """
 
-from caregiver_mj.viz.hud.display import draw, draw_plan, inset_size, strip_top
+from caregiver_mj.viz.hud.display import column_inset_size, draw, draw_plan, inset_size, strip_top
 from caregiver_mj.viz.moment import ChildState, HudState
 
-__all__ = ["ChildState", "HudState", "draw", "draw_plan", "inset_size", "strip_top"]
+__all__ = ["ChildState", "HudState", "column_inset_size", "draw", "draw_plan", "inset_size", "strip_top"]

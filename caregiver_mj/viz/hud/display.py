@@ -10,6 +10,7 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from caregiver_mj.caregivers.percept import HORIZON
+from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.colours import GROUND, TEXT, Colour, mix
 from caregiver_mj.viz.forecast import SOON, Forecast
@@ -24,20 +25,26 @@ _OPACITY = 232  # of 255
 _PERCENT = (2, 10, 50, 100)  # that are named
 
 
-def draw(frame: np.ndarray, state: HudState, insets: Sequence[tuple[str, np.ndarray]] = ()) -> np.ndarray:
+def draw(
+    frame: np.ndarray, state: HudState, insets: Sequence[tuple[str, np.ndarray]] = (), beside: bool = False
+) -> np.ndarray:
     """Draw the display on a copy of a frame, uint8 (height, width, 3).
 
     Insets are smaller views with their captions, along the right edge from the upper corner down; `inset_size` says how
-    large they are best.
+    large they are best. The plan is in the left upper corner, or below the insets if it is to be beside the house.
     """
     height, width = frame.shape[:2]
     drawn = frame.copy()
-    chart = _chart(state.plan, width, height)
-    draw_strip(drawn, state)
-    cards.put(drawn, chart.box, lambda region: chart.draw(region, state))
-    if state.forecast is not None:
-        _draw_legend(drawn, chart.box, state, state.forecast)
     scale = Scale.of(height)
+    chart = _chart(state.plan, width, height)
+    left, above, right, below = chart.box
+    if beside:
+        down = sum(picture.shape[0] + scale.px(12) for _, picture in insets)
+        left, above, right, below = width - right, above + down, width - left, below + down
+    draw_strip(drawn, state)
+    cards.put(drawn, (left, above, right, below), lambda region: chart.draw(region, state))
+    if state.forecast is not None:
+        _draw_legend(drawn, (left, above, right, below), state, state.forecast)
     top, right = scale.px(12), width - scale.px(12)
     for caption, picture in insets:
         box = (right - picture.shape[1], top, right, top + picture.shape[0])
@@ -68,6 +75,18 @@ def inset_size(width: int, height: int) -> tuple[int, int]:
     return inset_width, round(inset_width * 0.72)
 
 
+def column_inset_size(width: int, height: int, column: int, plan: FloorPlan, legend: bool) -> tuple[int, int]:
+    """Return the same of an inset in a column beside the house, where the plan, maybe with its legend, is below it."""
+    scale = Scale.of(height)
+    margin = scale.px(12)
+    _, top, _, bottom = _chart(plan, width, height).box
+    room = strip_top(width, height) - 2 * margin - (bottom - top) - margin
+    if legend:
+        room -= _legend_height(scale) + scale.px(8)
+    inset_width = column - 2 * margin
+    return inset_width, max(margin, min(room, round(0.9 * inset_width)))
+
+
 def _draw_inset(image: Image.Image, caption: str, picture: np.ndarray, scale: Scale) -> None:
     image.paste(Image.fromarray(picture))
     size, edge = scale.font(13), scale.px(2)
@@ -79,7 +98,7 @@ def _draw_legend(frame: np.ndarray, above: cards.Box, state: HudState, forecast:
     """Draw the card below that of the house, as wide."""
     scale = Scale.of(len(frame))
     px, small, who = scale.px, scale.font(13), "child" if len(state.children) == 1 else "children"
-    pad, key = px(10), 2 * small + px(24)  # height of a key with its scale
+    pad, key = px(10), _key_height(scale)
     left, _, right, bottom = above
     top = bottom + px(8)
 
@@ -95,7 +114,16 @@ def _draw_legend(frame: np.ndarray, above: cards.Box, state: HudState, forecast:
         write(card, (pad, card.height - pad), fit(wordings, small, card.width - 2 * pad), small, TEXT)
         image.paste(card, mask=opacity)
 
-    cards.put(frame, (left, top, right, top + 2 * key + small + px(14) + pad), paint)
+    cards.put(frame, (left, top, right, top + _legend_height(scale)), paint)
+
+
+def _key_height(scale: Scale) -> int:
+    """Return the height of a key with its scale, pixels."""
+    return 2 * scale.font(13) + scale.px(24)
+
+
+def _legend_height(scale: Scale) -> int:
+    return 2 * _key_height(scale) + scale.font(13) + scale.px(14) + scale.px(10)
 
 
 def _draw_key(card: Image.Image, scale: Scale, top: int, wordings: tuple[str, ...], colour: Colour) -> None:

@@ -53,9 +53,8 @@ def _draw_gauges(image: Image.Image, area: Area, state: HudState) -> None:
     safe = state.children[0].safe
     if len(state.children) > 1 and any(child.safe is not None for child in state.children):
         _gauges(image, area, lower, state.children)
-    else:
-        text = "not estimated" if safe is None else f"{safe:.2f}"
-        _gauge(image, area, lower, _SAFE, text, safe or 0.0, colours.ROBOT)
+    elif safe is not None:
+        _gauge(image, area, lower, _SAFE, f"{safe:.2f}", safe, colours.ROBOT)
 
 
 def _gauge(image: Image.Image, area: Area, top: int, label: str, value: str, share: float, colour: Colour) -> None:
@@ -94,16 +93,15 @@ def _bar(image: Image.Image, area: Area, line: int, left: int, right: int, share
 
 
 def _draw_bars(image: Image.Image, area: Area, state: HudState) -> None:
-    """Draw the bars of all hazards, or of the greatest ones if there is not room for all."""
+    """Draw the bars of all hazards, or of the greatest ones if there is not room for all; none if nobody estimates."""
     danger = np.empty(0) if state.danger is None else np.asarray(state.danger, float)
+    if not len(danger):
+        return
     unsafe = danger if state.unsafe_danger is None else np.asarray(state.unsafe_danger, float)
     shown = _shown(area, unsafe, state.target)
     title = "EXPECTED DANGER" if len(shown) == len(danger) else f"EXPECTED DANGER, {len(shown)} OF {len(danger)}"
     titles = (title,) if state.unsafe_danger is None else (f"{title}   outlined: if surely unsafe", title)
     write(image, (area.left, area.top + area.small), fit(titles, area.small, area.width), area.small, LABEL)
-    if not len(danger):
-        write(image, (area.left, area.bottom), "not estimated", area.small, TEXT)
-        return
     px, full = area.scale.px, max(_FULL_BAR, unsafe.max(), danger.max())
     base, ceiling = area.bottom - area.small - px(6), area.top + 2 * area.small + px(6)
     pitch = min(area.width / len(shown), px(84))
@@ -159,7 +157,7 @@ def _draw_deeds(image: Image.Image, area: Area, state: HudState) -> None:
     if len(state.children) > 1:
         x = _write_children(image, area, x + px(10), state)
     if state.damages:
-        _write_kinds(image, area, x + px(10), state.damages, len(state.children) > 1)
+        _write_kinds(image, area, x + px(10), state.damages)
 
 
 def _write_children(image: Image.Image, area: Area, x: int, state: HudState) -> int:
@@ -174,12 +172,10 @@ def _write_children(image: Image.Image, area: Area, x: int, state: HudState) -> 
     return x
 
 
-def _write_kinds(image: Image.Image, area: Area, x: int, damages: Mapping[str, float], several: bool) -> None:
-    """Write the damage of each kind from the right: in words, or else by their first letters."""
-    wordings = tuple(
-        "   ".join(f"{kind[:letters].capitalize()} {value:g}" for kind, value in damages.items()) for letters in (9, 1)
-    )
-    if several and width_of(wordings[-1], area.small) > area.right - x:
-        return  # the children's own figures have taken the room
-    text = fit(wordings, area.small, area.right - x)
+def _write_kinds(image: Image.Image, area: Area, x: int, damages: Mapping[str, float]) -> None:
+    """Write the damage of each kind that has done any from the right, as many as there is room for."""
+    done = sorted((item for item in damages.items() if item[1]), key=lambda item: -item[1])
+    each = [f"{kind.capitalize()} {value:g}" for kind, value in done]
+    texts = ["   ".join(each[:count]) for count in range(len(each), -1, -1)]
+    text = next(text for text in texts if not text or width_of(text, area.small) <= area.right - x)
     write(image, (area.right, area.bottom), text, area.small, LABEL, align=1)
