@@ -96,7 +96,8 @@ class Studio:
         self._page[:] = GROUND
         self._main = self._page[: hud.strip_top(width, height)]  # nothing hides behind the strip
         size = width, self._main.shape[0]
-        self._column, where = 0, camera
+        where: str | Pose = camera
+        self._column = 0
         if camera == AUTO:
             where, self._column = director.overview(episode.env.task.plan, *size)
         self._camera = (StillCamera if still else Camera)(physics, where, *size, shadows=True)

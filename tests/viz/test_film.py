@@ -4,6 +4,7 @@ import imageio.v3 as iio
 import imageio_ffmpeg
 import numpy as np
 import pytest
+from PIL import Image
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.spec import EpisodeSpec
@@ -57,6 +58,23 @@ def test_film_shows_house_and_display_and_the_still_is_its_middle(short_film):
     assert difference.min() < 5  # the film is compressed
 
 
+@pytest.mark.parametrize("suffix", [".gif", ".webp"])
+def test_a_film_is_of_the_kind_that_its_name_says(tmp_path, suffix):
+    path = tmp_path / f"film{suffix}"
+    film(path, seconds=1.0)
+    with Image.open(path) as moving:
+        assert moving.format == suffix[1:].upper()
+        assert (moving.size, moving.info["loop"]) == ((320, 240), 0)  # for ever
+        seconds = 0.0
+        for number in range(moving.n_frames):  # of which those that are alike may be one
+            moving.seek(number)
+            moving.load()
+            seconds += moving.info["duration"] / 1000
+        assert moving.n_frames > 3
+        assert seconds == pytest.approx(1.0, abs=0.1)
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
+
+
 @pytest.mark.slow
 def test_the_still_is_from_the_middle_of_a_film_that_ends_before_it_was_to(tmp_path):
     path, still = tmp_path / "film.mp4", tmp_path / "still.png"
@@ -72,7 +90,7 @@ def test_the_still_is_from_the_middle_of_a_film_that_ends_before_it_was_to(tmp_p
 @pytest.mark.parametrize(
     ("name", "settings", "message"),
     [
-        ("film.avi", {}, "must be called FILE.mp4"),
+        ("film.avi", {}, "must be called FILE.mp4 or FILE.gif or FILE.webp"),
         ("film.mp4", {"still": "still.jpg"}, "must be called FILE.png"),
         ("film.mp4", {"picture": Picture(321)}, "width must be an even number"),
         ("film.mp4", {"picture": Picture(fps=0.0)}, "fps must be in"),

@@ -133,6 +133,42 @@ def test_any_number_of_hazards_fits(width, height, plan, danger):
     assert not strip[:, -width // 100 :].any()  # nothing runs out of the card
 
 
+def strip(**changes):
+    """The card along the lower edge."""
+    return hud.draw(frame(), state(**changes))[hud.strip_top(1280, 720) :]
+
+
+def test_who_estimates_nothing_gets_no_empty_gauge_and_no_empty_bars():
+    shown = strip(danger=None, child={"safe": None})
+    card = shown[60, 5]  # where there is never anything
+    middle, lower_left = shown[:, 280:900], shown[60:, :260]
+    for part in (middle, lower_left):
+        assert (np.abs(part[5:-15].astype(int) - card) < 4).all()
+
+
+@pytest.mark.parametrize(("width", "height"), [(1280, 720), (640, 360)])
+def test_only_kinds_that_have_done_damage_are_named_and_none_is_cut_off(width, height):
+    def drawn(**damages):
+        shown = state(damage=sum(damages.values()), damages={"stairs": 0.0, "candles": 0.0, "tables": 0.0} | damages)
+        return hud.draw(frame(width, height), shown)
+
+    nothing = hud.draw(frame(width, height), state(damage=0.0, damages=None))
+    np.testing.assert_array_equal(drawn(), nothing)
+    both, one = drawn(stairs=5.0, candles=4.0), drawn(stairs=9.0)
+    left, _, right, _ = spread(changed(both, one))
+    assert left > 0.75 * width
+    assert right < width - width // 100
+
+
+def test_a_long_name_leaves_room_for_the_children():
+    """What is written at the right is the same, whatever stands to its left."""
+    long, short = (dataclasses.replace(PLAN, name=name) for name in ("house-6-13x9-rooms2-stairwells2-candles2", "h"))
+    pictures = [hud.draw(frame(), state(plan)) for plan in (long, short)]
+    *_, right, _ = spread(changed(*pictures))
+    right_half = changed(hud.draw(frame(), state(short, family="1")), pictures[1])
+    assert right < spread(right_half)[0]
+
+
 # -- Several children --------------------------------------------------------------------------------
 
 CELLS = [(1, 2), (2, 4), (3, 3), (2, 1)]

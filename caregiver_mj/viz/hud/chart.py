@@ -168,16 +168,18 @@ class Chart:
         write(chart, (x, y + low * self._ground.cell), text, SMALLEST_FONT, ink, align=0.5, outline=outline)
 
     def _write_caption(self, chart: Image.Image, state: HudState) -> None:
-        right, name = chart.width - self._pad, state.plan.name
+        """Write what the house is called, as much as there is room for, and who the children are."""
+        small, right, name = self._small, chart.width - self._pad, state.plan.name
+        room = right - self._pad
+        family = f"{'children' if ':' in state.family else 'epsilon'} {state.family.replace(',', ', ')}"
+        family = fit((family, state.family), small, 2 * room // 3)
         if self._alone:
             now = f"timestep {state.timestep}   damage {state.damage:g}"
-            name = fit((f"{name}   {now}", now, name), self._small, 0.7 * (right - self._pad))
-        write(chart, (self._pad, self._caption), name, self._small, cards.LABEL)
-        epsilons = f"{'children' if ':' in state.family else 'epsilon'} {state.family.replace(',', ', ')}"
-        if len(state.children) > 1:
-            room = right - self._pad - width_of(f"{name}  ", self._small)
-            epsilons = fit((epsilons, state.family), self._small, room)
-        write(chart, (right, self._caption), epsilons, self._small, cards.LABEL, align=1)
+            name = fit((f"{name}   {now}", now, name), small, round(0.7 * room))
+        else:
+            name = fit((name,), small, room - width_of(f"{family}  ", small))
+        write(chart, (self._pad, self._caption), name, small, cards.LABEL)
+        write(chart, (right, self._caption), family, small, cards.LABEL, align=1)
 
 
 class GroundPlan:

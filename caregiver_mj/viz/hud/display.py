@@ -23,6 +23,7 @@ from caregiver_mj.viz.moment import HudState
 _CELL, _RIM = 8, 40  # pixels, of a cell and of what is around the house, in the smallest picture of the plan alone
 _OPACITY = 232  # of 255
 _PERCENT = (2, 10, 50, 100)  # that are named
+_NARROW = 150  # pixels of a scale, on which every other one is named
 
 
 def draw(
@@ -83,8 +84,8 @@ def column_inset_size(width: int, height: int, column: int, plan: FloorPlan, leg
     room = strip_top(width, height) - 2 * margin - (bottom - top) - margin
     if legend:
         room -= _legend_height(scale) + scale.px(8)
-    inset_width = column - 2 * margin
-    return inset_width, max(margin, min(room, round(0.9 * inset_width)))
+    inset_height = max(margin, min(room, round(0.9 * (column - 2 * margin))))
+    return min(column - 2 * margin, round(1.7 * inset_height)), inset_height
 
 
 def _draw_inset(image: Image.Image, caption: str, picture: np.ndarray, scale: Scale) -> None:
@@ -135,7 +136,7 @@ def _draw_key(card: Image.Image, scale: Scale, top: int, wordings: tuple[str, ..
     ramp = np.array(colours.FLOOR) + (np.array(colour) - np.array(colours.FLOOR)) * from_strength
     ramp = np.broadcast_to(ramp.round().astype(np.uint8), (px(8), width, 3))
     card.paste(Image.fromarray(np.ascontiguousarray(ramp)), (pad, line + px(5)))
-    for percent in _PERCENT:
+    for percent in _PERCENT if width > _NARROW else _PERCENT[1::2]:
         share = (percent / 100) ** 0.5  # as in `forecast.strength`
         x, align = pad + share * width, 1.0 if percent == 100 else 0.5
         text = f"{percent} %" if percent == 100 else str(percent)
