@@ -108,9 +108,8 @@ def _add_decorations(spec: mujoco.MjSpec, layout: Layout, furnishing: Furnishing
     """Put decorations at walls, where no child comes against them, and plants into corners."""
     plan, random = layout.plan, np.random.default_rng(0)
     taken = {cell for stretch in furnishing.windows for cell in stretch.cells} | furnishing.recesses
-    placed = [
-        ("plant", f"corner_{i}", *place) for i, (name, *place) in enumerate(furnishing.corners) if name == "plant"
-    ]
+    plants = [corner for corner in furnishing.corners if corner[0] == "plant"]
+    placed = [(name, f"corner_{i}", place, yaw) for i, (name, place, yaw) in enumerate(plants)]
     for i, (position, yaw) in enumerate(layout.wall_places()):
         behind = position - layout.wall_thickness / 2 * np.array([np.cos(yaw), np.sin(yaw)])
         before = position + plan.cell_size / 2 * np.array([np.cos(yaw), np.sin(yaw)])
