@@ -52,7 +52,7 @@ def fails(capsys, argv):
         ([*GRID, "--episodes", "99999999999999"], ["999,999,999,999,990", "10,000,000"]),
         ([*GRID, "--caregiver", "nanny"], ["nanny", "none", "paper"]),
         ([*GRID, "--resume"], ["--resume", "--out"]),
-        (["render", "--out", "film.gif"], ["film.gif", ".mp4"]),
+        (["render", "--out", "film.avi"], ["film.avi", ".mp4", ".gif"]),
         (["render", "--out", f"{'x' * 300}.mp4"], ["cannot be written", "too long"]),
         (["render", "--out", "film.mp4", "--child", "adversary:0"], ["a name alone", "use --epsilon adversary:0"]),
         (["render", "--out", "film.mp4", "--overlay", "rain"], ["--overlay", "rain", "danger"]),

@@ -133,7 +133,7 @@ def lines(draw):  # noqa: C901 a branch for each option
     if command == "evaluate":  # so that a run is short unless it is refused
         argv += ["--world", "grid", "--house", "TINY", "--epsilon", "1", "--caregiver", "none", "--episodes", "1"]
     if command == "render":
-        argv += ["--out", draw(st.sampled_from(["film.gif", "EMPTY", "FILE/film.mp4"])), "--seconds", "1"]
+        argv += ["--out", draw(st.sampled_from(["film.avi", "EMPTY", "FILE/film.mp4"])), "--seconds", "1"]
     if command == "record":
         argv += ["--format", "minari", "--task", "targets", "--world", "grid", "--house", "TINY", "--episodes", "1"]
     if command == "completion":

@@ -33,7 +33,7 @@ _WALKS = 0.1  # m/s from which on it walks
 _SEAT = -0.185  # metres that the hips sink to sit on the floor
 _TURNS_HEAD, _SEES_ROBOT = 1.0, 1.6  # at most; metres within which the robot draws its eyes
 # Seconds after which two thirds of a change are done.
-_PACE_TIME, _SIT_TIME, _REACH_TIME, _HEAD_TIME = 0.10, 0.12, 0.15, 0.25
+_PACE_TIME, _SIT_TIME, _RISE_TIME, _REACH_TIME, _HEAD_TIME = 0.10, 0.12, 0.35, 0.15, 0.25
 
 
 class Mood(NamedTuple):
@@ -74,7 +74,7 @@ class Figure:
         (vx, vy), ahead = walk.velocity, (math.cos(walk.yaw), math.sin(walk.yaw))
         speed = math.hypot(vx, vy)
         self.walked += math.copysign(speed, vx * ahead[0] + vy * ahead[1]) * seconds
-        self._sits = _towards(self._sits, mood.hurt, seconds, _SIT_TIME)
+        self._sits = _towards(self._sits, mood.hurt, seconds, _SIT_TIME if mood.hurt else _RISE_TIME)
         self._pace = _towards(self._pace, speed > _WALKS, seconds, _PACE_TIME)
         self._reaches = _towards(self._reaches, mood.reaches, seconds, _REACH_TIME)
         self._holds = _towards(self._holds, mood.holds, seconds, _REACH_TIME)

@@ -28,17 +28,18 @@ _ABOVE = 1.2  # metres: where labels are written
 
 
 class Pose(NamedTuple):
-    """Where a camera is that none of the model's is: it looks north and down on a place."""
+    """Where a camera is that none of the model's is."""
 
     place: tuple[float, float, float]  # metres, in the middle of the picture
     distance: float  # metres from there
     elevation: float  # radians below the horizon
+    azimuth: float = math.pi / 2  # radians from x, of where it looks: to the north
 
     @property
     def axes(self) -> np.ndarray:
         """The picture's axes to the right, down, and ahead, (3, 3), a column each."""
-        sine, cosine = math.sin(self.elevation), math.cos(self.elevation)
-        return np.array([(1.0, 0.0, 0.0), (0.0, -sine, cosine), (0.0, -cosine, -sine)])
+        (sine, cosine), (y, x) = ((math.sin(a), math.cos(a)) for a in (self.elevation, self.azimuth))
+        return np.array([(y, -sine * x, cosine * x), (-x, -sine * y, cosine * y), (0.0, -cosine, -sine)])
 
 
 class Camera:
@@ -87,7 +88,7 @@ class Camera:
         groups[unseen] = _HIDDEN
         if self.pose:
             lens.fovy = FOVY
-            angles = 90.0, -math.degrees(self.pose.elevation)  # to the north, and up
+            angles = math.degrees(self.pose.azimuth), -math.degrees(self.pose.elevation)
             self.view.set_pose(self.pose.place, self.pose.distance, *angles)
         try:
             yield

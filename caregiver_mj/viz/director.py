@@ -83,16 +83,31 @@ class CloseShot:
 
     def follow(self, state: HudState) -> Pose:
         """Return where the camera is in the next frame."""
-        points = cast(state)
-        low, high = points.min(axis=0), points.max(axis=0)
-        half = (high - low) / 2 + _AROUND
-        needed = max(half[0] / self._aspect, half[1] * math.sin(_CLOSE_STEEP)) / _TANGENT
-        aim = np.array([*(low + high) / 2, min(max(needed, _NEAREST), _FARTHEST)])
+        wanted = close_pose(cast(state), self._aspect)
+        aim = np.array([*wanted.place[:2], wanted.distance])
         if self._now is None or math.dist(self._now[:2], aim[:2]) > _CUT:
             self._now = aim
         self._now = self._now + self._share * (aim - self._now)
         x, y, distance = self._now.tolist()
         return Pose((x, y, _LOOK_HEIGHT), distance, _CLOSE_STEEP)
+
+
+def close_pose(points: np.ndarray, aspect: float, azimuth: float = math.pi / 2, around: float = _AROUND) -> Pose:
+    """Return where a camera is close to all points on the floor, and looks along an azimuth.
+
+    Args:
+        points: Metres, (n, 2).
+        aspect: Width of the picture over its height.
+        azimuth: Radians.
+        around: Metres of room round the points.
+    """
+    ahead = np.array([math.cos(azimuth), math.sin(azimuth)])
+    axes = np.array([(ahead[1], -ahead[0]), ahead])  # to the right, and ahead
+    low, high = (points @ axes.T).min(axis=0), (points @ axes.T).max(axis=0)
+    half = (high - low) / 2 + around
+    needed = max(half[0] / aspect, half[1] * math.sin(_CLOSE_STEEP)) / _TANGENT
+    x, y = ((low + high) / 2 @ axes).tolist()
+    return Pose((x, y, _LOOK_HEIGHT), float(min(max(needed, _NEAREST), _FARTHEST)), _CLOSE_STEEP, azimuth)
 
 
 def cast(state: HudState) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Makes the moving picture of the README: a part of an episode in the house, faster than it was, as a GIF."""
+"""Makes a moving picture of a part of an episode in the house, with the display, faster than it was, as a GIF."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import dataclasses
 import pathlib
 from collections.abc import Iterator
 
+import numpy as np
 from PIL import Image
 
 from caregiver_mj.children.child_group import ChildGroup
@@ -18,8 +19,9 @@ from caregiver_mj.viz.film import Picture, Studio
 from study import Parser
 
 HOUSE = "house-6-13x9-rooms2-stairwells2-candles2-tables2-bins3"  # small, so that one sees what is going on
+HOME = "home-2-10x9-rooms1-stairwells0-candles0-tables2-bins2-gates1-mugs1-batteries1"
 FRAMES_A_SECOND, SPEED = 10, 2.0  # of the picture; of its time over that of the house
-COLOURS = 96
+COLOURS = 255
 _TRAIL_SECONDS = 20.0
 
 
@@ -33,25 +35,26 @@ def frames(episode: Episode, begin: float, end: float, width: int, height: int) 
         yield Image.fromarray(studio.frame())
 
 
-def write(path: pathlib.Path, pictures: Iterator[Image.Image]) -> None:
-    """Writes a GIF that goes round and round, all of it with the colours of its first picture."""
-    first = next(pictures).quantize(COLOURS, dither=Image.Dither.NONE)
-    others = [picture.quantize(palette=first, dither=Image.Dither.NONE) for picture in pictures]
-    milliseconds = 1000 // FRAMES_A_SECOND
+def write(path: pathlib.Path, pictures: Iterator[Image.Image], milliseconds: int = 1000 // FRAMES_A_SECOND) -> None:
+    """Writes a GIF that goes round and round, all of it with the colours of its first, middle and last picture."""
+    taken = [*pictures]
+    some = taken[0], taken[len(taken) // 2], taken[-1]
+    palette = Image.fromarray(np.concatenate([np.asarray(one) for one in some])).quantize(COLOURS, Image.Quantize.MAXCOVERAGE)
+    first, *others = (picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in taken)
     first.save(path, save_all=True, append_images=others, duration=milliseconds, loop=0, optimize=True)
 
 
 def add_options(parser: Parser) -> None:
     """Declare the options."""
-    parser.add("out", pathlib.Path("docs/caregiver.gif"), metavar="FILE.gif", type=pathlib.Path)
-    parser.add("house", HOUSE)
-    parser.add("caregiver", "paper")
+    parser.add("out", pathlib.Path("docs/home.gif"), metavar="FILE.gif", type=pathlib.Path)
+    parser.add("house", HOME)
+    parser.add("caregiver", "nearest-first")
     parser.add("epsilon", "0.5")
-    parser.add("seed", 0, "of the run to which the episode belongs")
-    parser.add("begin", 5.0, "seconds since the episode's start")
-    parser.add("end", 39.0, "seconds since the episode's start")
-    parser.add("width", 800, "pixels")
-    parser.add("height", 450)
+    parser.add("seed", 2, "of the run to which the episode belongs")
+    parser.add("begin", 0.0, "seconds since the episode's start")
+    parser.add("end", 40.0, "seconds since the episode's start")
+    parser.add("width", 640, "pixels")
+    parser.add("height", 360)
 
 
 def run(options: argparse.Namespace) -> None:

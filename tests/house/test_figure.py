@@ -100,7 +100,7 @@ def test_it_sits_down_when_hurt_and_gets_up_again():
     assert standing["hips"][-1, 2] - hurt["hips"][-1, 2] > 0.15
     assert hurt["shoe_l"][-1, 0] - hurt["hips"][-1, 0] > 0.15  # legs before it
     assert min(place[-1, 2] for place in hurt.values()) > -0.01
-    assert walker.go(1.5)["hips"][-1, 2] == pytest.approx(standing["hips"][-1, 2], abs=1e-3)
+    assert walker.go(3.0)["hips"][-1, 2] == pytest.approx(standing["hips"][-1, 2], abs=1e-3)
 
 
 def test_it_looks_at_a_robot_that_is_near_and_ahead_otherwise():
