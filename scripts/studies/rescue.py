@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 from PIL import Image, ImageDraw
 
-from caregiver_mj.children.family import Family
+from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -87,7 +87,7 @@ def add_options(parser: Parser) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Film both, and write the picture."""
-    family, plan = Family.parse(options.epsilon), FloorPlan.load(options.house)
+    family, plan = ChildGroup.parse(options.epsilon), FloorPlan.load(options.house)
     specs = [EpisodeSpec(plan, family, name, seed=options.seed) for name in (options.caregiver, "none")]
     panels = [Panel(spec, options.begin) for spec in specs]
     with contextlib.ExitStack() as closing:
