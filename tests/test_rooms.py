@@ -78,13 +78,13 @@ def test_no_modules_import_each_other(rooms, imports):
 def test_modules_that_import_each_other_are_found(rooms, tmp_path):
     rooms.assemble(tmp_path)
     for room, module, line in (
-        ("grid", "verbs", "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    import caregiver_mj.grid.world"),
+        ("grid", "eyes", "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    import caregiver_mj.grid.world"),
         ("danger", "belief", "def f():\n    import caregiver_mj.danger.tracker"),
     ):
         with (own_copy(tmp_path, room) / f"{module}.py").open("a") as file:
             file.write(f"\n{line}\n")
     grid, danger = "caregiver_mj.grid", "caregiver_mj.danger"
-    circles = [[f"{danger}.belief", f"{danger}.tracker"], [f"{grid}.verbs", f"{grid}.world"]]
+    circles = [[f"{danger}.belief", f"{danger}.tracker"], [f"{grid}.eyes", f"{grid}.world"]]
     assert sorted(rooms.circles(rooms.graph(tmp_path))) == circles
 
 

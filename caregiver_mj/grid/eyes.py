@@ -9,7 +9,7 @@ import numpy as np
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.danger.child_model import CHANGE, child_chain
 from caregiver_mj.danger.tracker import Tracker
-from caregiver_mj.grid.state import GridState
+from caregiver_mj.grid.verbs import GridState
 from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.hazards import NOTHING, Where
 from caregiver_mj.plans.visibility import ALL_ROUND, Sight, visibility

@@ -28,8 +28,7 @@ from caregiver_mj.children.random_stream import Random, RandomStream, start_cell
 from caregiver_mj.children.rules import DENIED, MoveRules, denied
 from caregiver_mj.errors import CaregiverError, check_integer, check_kind
 from caregiver_mj.grid.eyes import GridEyes
-from caregiver_mj.grid.state import GridState, shown
-from caregiver_mj.grid.verbs import GRID_VERBS
+from caregiver_mj.grid.verbs import GRID_VERBS, GridState
 from caregiver_mj.interventions.verb import BLOCK, DO_NOTHING, LOOK, VERBS, Interventions, half_of, verb_of
 from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan, check_house
@@ -112,7 +111,7 @@ class GridWorld(GridState, Rollout):
             )
         start = np.array([[stream.start for stream in group] for group in streams])  # (B, K, 3)
         steps = np.array([[stream.steps for stream in group] for group in streams])  # (B, K, timesteps, 3)
-        self._draws = shown(np.ascontiguousarray(np.moveaxis(steps, 2, 0)))  # (timesteps, B, K, 3)
+        self._draws = _shown(np.ascontiguousarray(np.moveaxis(steps, 2, 0)))  # (timesteps, B, K, 3)
         self.timestep = 0
         plan = self.plan
         landings = len(plan.landings)
@@ -164,25 +163,25 @@ class GridWorld(GridState, Rollout):
         """Return the caregiver's percept."""
         left = self.state != State.AS_PLANNED  # hazards that need nothing more
         everything = Percept(
-            shown(self.child_cell),
-            shown(self.previous_cell),
-            shown(self.previous_action),
-            shown(self.caregiver_cell),
-            shown(self.candle_table),
-            shown(self.holding),
-            time_left=shown(self.time_left),
+            _shown(self.child_cell),
+            _shown(self.previous_cell),
+            _shown(self.previous_action),
+            _shown(self.caregiver_cell),
+            _shown(self.candle_table),
+            _shown(self.holding),
+            time_left=_shown(self.time_left),
             clock=np.full(len(self.holding), float(self.timestep)),
             out_of_reach=left if left.any() else None,
             shut=left[:, : len(self.plan.stairwells)] if left.any() else None,
             gone=self.plan.hazards.split(left)[2] if left.any() else None,
-            under_way=shown(self.orders.hazard),
+            under_way=_shown(self.orders.hazard),
         )
         return self.eyes.percept(everything) if self.eyes else everything
 
     def truth(self) -> Truth:
         """Return the hidden state of the children."""
         epsilons = [behaviour.epsilons(len(self.goal)) for behaviour in self.behaviours]
-        return Truth(shown(self.goal), np.stack(epsilons, axis=1), self.future)
+        return Truth(_shown(self.goal), np.stack(epsilons, axis=1), self.future)
 
     def future(self) -> Future:
         """Return the rest of the episode without a caregiver."""
@@ -224,9 +223,9 @@ class GridWorld(GridState, Rollout):
     def _move(self, child: int, draws: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Move a child; return its harm by kind, its toys, the denied targets, and whether it met the caregiver."""
         cell, behaviour, caregiver_cell = self.child_cell[:, child], self.behaviours[child], self._seen_caregiver()
-        goal = shown(self.goal[:, child])
+        goal = _shown(self.goal[:, child])
         self.goal[:, child] = behaviour.reconsider(goal, draws[:, 2])
-        action = behaviour.act(ChildPercept(*map(shown, (cell, goal, caregiver_cell, self.bumped[:, child]))), draws)
+        action = behaviour.act(ChildPercept(*map(_shown, (cell, goal, caregiver_cell, self.bumped[:, child]))), draws)
         way = self._rules.way(cell, action)
         target, index = way.target, way.number
         stairwell, table = target == Target.STAIRWELL, target == Target.TABLE
@@ -333,3 +332,10 @@ class BareTablesWorld(GridWorld):
         self.candle_table[:] = NOTHING
         stairs, _, lying = self.plan.hazards.split(self.state)
         stairs[:], lying[:] = State.SHUT, State.GONE
+
+
+def _shown(array: np.ndarray) -> np.ndarray:
+    """Return a read-only view of an array."""
+    view = array.view()
+    view.flags.writeable = False
+    return view

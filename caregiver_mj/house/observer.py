@@ -8,14 +8,21 @@ from typing import Any
 
 import numpy as np
 
-from caregiver_mj.house.eyes import RobotEyes
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.sensing import Sensing, Sensor
 from caregiver_mj.plans import layout
+from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.visibility import PLACES, Sight
+from caregiver_mj.plans.visibility import CAMERA_RANGE, CAMERA_WIDTH, PLACES, Sight, seen_from, visibility
 
 _LOOKS = 5  # control timesteps between updates of the view
+_SIDES = np.array([(0.0, 0.0), *ACTIONS])
+# m; points of a child's body, from its middle and above the floor. A child is seen if one of them is.
+_HEAD = 0.68
+_BODY = np.array([(0, 0, 0.15), (0, 0, _HEAD), *((0.08 * x, 0.08 * y, 0.42) for x, y in _SIDES)])
+_THING = np.array((0.0, 0.0, 0.05))  # m; point of a thing, above its foot
+_ROOM = 0.12  # m; hits this near a thing's point count as the thing
+_AT_HAND = 1.2  # m from the base's middle; nearer things, which may be in the hand, are always seen
 
 
 class Observer:
@@ -122,3 +129,67 @@ class Observer:
             self.seen, things, self._cells_seen = self._eyes.look(physics)
             candles, lying = len(self._plan.candle_tables), len(self._plan.floor_cells)
             self._things_seen = np.split(things, [candles, candles + lying])
+
+
+class RobotEyes:
+    """The views of the robot's eye and of the ceiling cameras, with occlusion by walls, furniture and the robot's arm.
+
+    The eye is on a mast, at the site `eye` of the robot's model. Walls count as high as the ceiling, although they are
+    drawn low; rays find other occlusions.
+    """
+
+    def __init__(self, plan: FloorPlan, sight: Sight):
+        self._plan, self._sight = plan, sight
+        over = visibility(plan, sight).ceiling if sight.cameras else ()
+        self._ceiling = [np.array([*plan.position(plan.caregiver_cells[cell]), layout.CEILING]) for cell in over]
+        self._cells = np.array([plan.position(cell) for cell in plan.free_cells])
+        heads = np.pad(plan.cell_size * PLACES, ((0, 0), (0, 1)), constant_values=_HEAD)
+        self._heads = (np.pad(self._cells, ((0, 0), (0, 1)))[:, None] + heads).reshape(-1, 3)
+
+    def look(self, physics: Physics) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Look once.
+
+        Returns:
+            Whether each child is seen, bool (children,); each candle, small thing and gate, bool (things,); and the
+            head of a child at each place of each free cell, bool (cells, `PLACES`).
+        """
+        children = np.pad(physics.toddler_positions()[:, :2], ((0, 0), (0, 1)))
+        lying = np.concatenate([physics.candle_poses()[:, :3], physics.thing_positions()])
+        things = np.concatenate([lying + _THING, physics.panel_positions()])
+        points = np.concatenate([(children[:, None] + _BODY).reshape(-1, 3), self._heads, things])
+        ends = len(children) * len(_BODY), len(points) - len(things)
+        bodies = np.array(physics.touch_reader.bodies)
+        own = np.full(len(points), -1)
+        own[: ends[0]] = bodies.repeat(len(_BODY))
+        room = np.where(np.arange(len(points)) < ends[1], 0.0, _ROOM)
+        found = np.zeros(len(points), bool)
+        looks = []  # points in view of each camera, and the geoms that rays hit
+        x, y, yaw = physics.base_position().tolist()
+        eye = physics.eye_position()
+        # Beside a wall the eye is in the wall's cell, which is wider than the wall, so the test uses the base's middle.
+        for camera, middle in ((eye, np.array((x, y))), *((camera, camera[:2]) for camera in self._ceiling)):
+            in_view = seen_from(self._plan, middle, points[:, :2])
+            if camera is eye and self._sight.turns:
+                in_view &= _in_picture(points[:, :2] - eye[:2], yaw)
+            which = np.flatnonzero(in_view)
+            geom, free = physics.first_hits(camera, points[which])
+            far = np.linalg.norm(points[which] - camera, axis=1)
+            found[which] |= (free >= far - room[which]) | (geom == own[which])
+            looks.append((which, geom))
+        seen = found[: ends[0]].reshape(len(children), -1).any(axis=1)
+        for which, geom in looks:  # an unseen child must not reveal itself by hiding something
+            found[which] |= np.isin(geom, bodies[~seen])
+        away = np.linalg.norm(things[:, :2] - (x, y), axis=1)
+        cells = found[ends[0] : ends[1]].reshape(len(self._cells), -1)
+        # A child in the base's own cell would be felt.
+        assert physics.embodiment is not None  # which has the eye
+        felt = physics.embodiment.footprint + layout.CHILD_RADIUS - PLACES.max() * self._plan.cell_size
+        cells[np.linalg.norm(self._cells - (x, y), axis=1) < felt] = True
+        return np.asarray(seen), found[ends[1] :] | (away < _AT_HAND), cells
+
+
+def _in_picture(offsets: np.ndarray, yaw: float) -> np.ndarray:
+    """Return whether offsets, (n, 2), from a camera with a heading are in its field of view, bool (n,)."""
+    far = np.linalg.norm(offsets, axis=1)
+    ahead = offsets[:, 0] * np.cos(yaw) + offsets[:, 1] * np.sin(yaw)
+    return (far <= CAMERA_RANGE) & (ahead >= np.cos(CAMERA_WIDTH / 2) * far)

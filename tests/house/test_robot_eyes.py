@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import caregiver_mj
-from caregiver_mj.house.eyes import RobotEyes
+from caregiver_mj.house.observer import RobotEyes
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.rendering import engine, wrapper
 from caregiver_mj.house.scene import build_house
