@@ -373,7 +373,7 @@ def offered(monkeypatch):
         return importlib.metadata.EntryPoints(importlib.metadata.EntryPoint(n, v, group) for n, v in values.items())
 
     monkeypatch.setattr(importlib.metadata, "entry_points", entry_points)
-    monkeypatch.setattr(CAREGIVERS, "_told", set())  # which is told once a process
+    monkeypatch.setattr(CAREGIVERS, "_warned", set())  # it warns once a process
     return values
 
 
