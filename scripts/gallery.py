@@ -117,8 +117,8 @@ def film(entry: Entry) -> Iterator[Image.Image]:
             taken.append(page)
         return result
 
-    stage.step = look_on
     env.reset(seed=0)
+    stage.step = look_on
     actor.begin(0)
     while len(taken) < PICTURES:
         action, about = actor.act()

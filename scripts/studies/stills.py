@@ -30,6 +30,7 @@ _DRIVES, _RESTS = 0.5, 0.01  # m/s above which the base is on its way, and below
 _SHUTS = 0.5, 0.9  # radians between which a gate is seen to swing
 _QUALITY = 92  # of JPEG, of 100
 DEFAULT_SIZE = 1280, 720  # pixels
+_EPISODES = 4  # in which a picture is looked for
 _GRID_TIMESTEPS = 12  # after which the grid is shown
 _SUNS, _SUN_RADIUS = 24, np.deg2rad(1.5)  # pictures of which one is made, and how wide the sun looks, from its middle
 
@@ -50,7 +51,8 @@ def views(physics: Physics, policy: CaregiverPolicy) -> dict[str, tuple[Any, ...
             name = "picking" if physics.carried[candle] is CANDLE else f"picking_{physics.carried[candle]}"
             found[name] = [*physics.candle_poses()[candle, :2], 0.6], 1.5, yaw, 115, -24
         elif policy.activity.startswith("carry") and near and speed > _DRIVES:
-            found["carrying"] = [x, y, 0.45], 2.3, yaw, 140, -34
+            middle = (np.array([x, y]) + physics.toddler_position()[:2]) / 2
+            found["carrying"] = [*middle, 0.45], 2.3, yaw, 140, -34
     if verb == BLOCK and near and speed < _RESTS:
         found["blocking"] = [x, y, 0.4], 2.4, yaw, 120, -33
     if verb == CLOSE and _SHUTS[0] < physics.gate_positions().min() < _SHUTS[1]:
@@ -77,12 +79,13 @@ def run(options: argparse.Namespace) -> None:
 
 
 def look_on(options: argparse.Namespace, house: str | FloorPlan, caregiver: str, wanted: set[str]) -> None:
-    """Run an episode until all pictures that are wanted of it have been taken."""
+    """Run episodes, a few at most, until all pictures that are wanted of them have been taken."""
     env = load("supervise", house=house, epsilon=1.0, random=options.seed)
     policy = CaregiverPolicy(env, caregiver)
-    timestep = env.reset()
-    while wanted and not timestep.last():
+    timestep, left = env.reset(), _EPISODES
+    while wanted and left:
         timestep = env.step(policy(timestep))
+        left -= timestep.last()
         for name, view in views(env.physics, policy).items():
             if name in wanted:
                 path = options.out / f"{name}.jpg"
@@ -90,7 +93,7 @@ def look_on(options: argparse.Namespace, house: str | FloorPlan, caregiver: str,
                 print(path)
                 wanted.discard(name)
     if wanted:
-        print(f"not seen in this episode: {', '.join(sorted(wanted))}")
+        print(f"not seen in {_EPISODES} episodes: {', '.join(sorted(wanted))}")
 
 
 def show_grid(seed: int) -> np.ndarray:
