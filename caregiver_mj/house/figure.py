@@ -19,7 +19,7 @@ from caregiver_mj.children.walk import ToddlerWalk
 
 _PARTS = "look", "torso", "head", "leg_l", "leg_r", "shin_l", "shin_r", "arm_l", "arm_r", "forearm_l", "forearm_r"
 _SIDES = ("l", 1.0), ("r", -1.0)  # and where on the y axis they are
-_HELD = "held"  # the geom in its right hand
+_IN_HAND, _HELD = (0.038, -0.005, -0.103), (0.05, -0.005, -0.133)  # metres from the right elbow: within, and before it
 
 _STEP = 0.17  # metres; 12 to 25 cm in the first months of walking (Adolph, Vereijken & Shrout 2003)
 _HIPS, _LEG = 0.27, 0.26  # metres above the floor, and from there to the sole, as in models/toddler.xml
@@ -58,7 +58,7 @@ class Figure:
         """
         self._turns = {part: model.body_quat[model.body(prefix + part).id] for part in _PARTS}
         self._place = model.body_pos[model.body(f"{prefix}look").id]
-        self._held = model.geom_rgba[model.geom(prefix + _HELD).id]
+        self._held = model.body_pos[model.body(f"{prefix}held").id]
         self.walked = 0.0
         self._pace = self._sits = self._reaches = self._holds = self._looks = 0.0
 
@@ -66,7 +66,7 @@ class Figure:
         """Stand still, for the start of an episode."""
         self.walked = 0.0
         self._pace = self._sits = self._reaches = self._holds = self._looks = 0.0
-        self._held[3] = 0.0
+        self._held[:] = _IN_HAND
         self._pose()
 
     def step(self, walk: ToddlerWalk, mood: Mood, robot: Sequence[float] | None, seconds: float) -> None:
@@ -83,7 +83,7 @@ class Figure:
             look = math.atan2(robot[1] - walk.position[1], robot[0] - walk.position[0]) - walk.yaw
         look = min(max(math.remainder(look, math.tau), -_TURNS_HEAD), _TURNS_HEAD)
         self._looks = _towards(self._looks, look, seconds, _HEAD_TIME)
-        self._held[3] = float(mood.holds)
+        self._held[:] = _HELD if mood.holds else _IN_HAND
         self._pose()
 
     def _pose(self) -> None:
