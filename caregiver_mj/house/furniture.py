@@ -19,7 +19,7 @@ from caregiver_mj.plans.layout import WALL_HEIGHT, Layout, Stretch, largest_rect
 
 _DEPTH = 0.5  # metres from the face of a wall to the border of its cell
 _PANEL = 0.03  # metres, of the boards behind and beside a recess
-_HALL = 3.5  # times as long as wide is a hall
+_HALL, _NOOK = 3.5, 6  # times as long as wide is a hall; and so is what has fewer cells
 _KINDS = "living", "kitchen", "bedroom", "bathroom"  # of rooms, from the largest one on; all others are bedrooms
 TILED = "kitchen", "bathroom"
 _PIECES = {  # in a room, as far as there is room
@@ -270,7 +270,7 @@ def _kinds(layout: Layout, random: np.random.Generator) -> tuple[str, ...]:
     for i, room in enumerate(layout.rooms):
         (top, left), (bottom, right) = largest_rectangle(room)
         sides = sorted((bottom - top + 1, right - left + 1))
-        if sides[1] < _HALL * sides[0] or len(layout.rooms) == 1:
+        if (sides[1] < _HALL * sides[0] and room.sum() >= _NOOK) or len(layout.rooms) == 1:
             sizes[i] = int(room.sum())
     kinds = list(_KINDS)
     kinds[:2] = kinds[:2][:: random.choice((1, -1))] if len(sizes) > 1 else kinds[:2]

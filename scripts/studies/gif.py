@@ -38,10 +38,8 @@ def frames(episode: Episode, begin: float, end: float, width: int, height: int) 
 def write(path: pathlib.Path, pictures: Iterator[Image.Image], milliseconds: int = 1000 // FRAMES_A_SECOND) -> None:
     """Writes a GIF that goes round and round, all of it with the colours of its first, middle and last picture."""
     taken = [*pictures]
-    some = taken[0], taken[len(taken) // 2], taken[-1]
-    palette = Image.fromarray(np.concatenate([np.asarray(one) for one in some])).quantize(
-        COLOURS, Image.Quantize.MAXCOVERAGE
-    )
+    some = np.concatenate([np.asarray(taken[number]) for number in (0, len(taken) // 2, -1)])
+    palette = Image.fromarray(some).quantize(COLOURS, Image.Quantize.MAXCOVERAGE)
     first, *others = (picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in taken)
     first.save(path, save_all=True, append_images=others, duration=milliseconds, loop=0, optimize=True)
 
