@@ -158,7 +158,8 @@ def _entries(one: Any) -> str:
 def main() -> None:
     """Write them."""
     for file, text in pages().items():
-        if (FOLDER / file).read_text("utf-8") != text:
+        page = FOLDER / file
+        if not page.exists() or page.read_text("utf-8") != text:
             (FOLDER / file).write_text(text, encoding="utf-8")
             print(FOLDER / file)
 

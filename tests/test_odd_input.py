@@ -236,7 +236,7 @@ ODD = {
         (lambda: step_vector(np.zeros(3, int), [1, 2]), "seeds must be 3, one for each episode, got 2"),
         *((lambda h=h: GridHousesVector(h, 2), "houses must be several") for h in ("paper", TINY)),
         (lambda: GridHousesVector([TINY], 2, families=0.5), "families must be several, such as"),
-        (lambda: GridHousesVector([TINY], 2, families=("1", "1,.5")), "families must have equally many children"),
+        (lambda: GridHousesVector([TINY], 2, families=("1", "1,.5")), "child groups must be of the same size"),
         (lambda: GridHousesVector([TINY], 3, 2), "at_once, .* must be an integer from 1 to 1, got 2"),
         (lambda: GridHousesVector([TINY, "paper"], 3), "must be a multiple of 2 houses at once x 1 families, got 3"),
     ],

@@ -245,7 +245,7 @@ def side_by_side(plan: FloorPlan, groups: Sequence[ChildGroup], episodes: int) -
     """
     if len({len(group) for group in groups}) > 1:
         raise CaregiverError(
-            f"families must have equally many children, got {', '.join(str(len(group)) for group in groups)}"
+            f"child groups must be of the same size, got {', '.join(str(len(group)) for group in groups)}"
         )
     check_different(groups)
     sizes = [episodes] * len(groups)

@@ -14,7 +14,7 @@ from caregiver_mj.plans.shapes import SHAPES
 from caregiver_mj.recording.steps import RANDOM, TARGETS
 from caregiver_mj.robot.embodiments import EMBODIMENTS
 from caregiver_mj.tasks import TASKS
-from caregiver_mj.viz import CAMERAS
+from caregiver_mj.viz import AUTO, CAMERAS
 
 SHELLS = ("bash", "zsh")
 _FILES = ("answers", "first", "folders", "out", "second", "still", "video")  # arguments that name files or folders
@@ -63,6 +63,7 @@ def script(parser: argparse.ArgumentParser, shell: str) -> str:
         # Exceptions for single commands.
         "evaluate caregiver": [BARE_TABLES, *caregivers],
         "compare caregiver": [BARE_TABLES, *caregivers],
+        "render camera": [AUTO, *CAMERAS],
         "record caregiver": [RANDOM, *(name for name in caregivers if name != "none")],
         "record task": [*TASKS, TARGETS],
     }

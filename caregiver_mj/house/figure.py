@@ -17,6 +17,7 @@ import mujoco
 
 from caregiver_mj.children.walk import ToddlerWalk
 
+_STATE = "walked", "_pace", "_sits", "_reaches", "_holds", "_looks"
 _PARTS = "look", "torso", "head", "leg_l", "leg_r", "shin_l", "shin_r", "arm_l", "arm_r", "forearm_l", "forearm_r"
 _SIDES = ("l", 1.0), ("r", -1.0)  # and where on the y axis they are
 _IN_HAND, _HELD = (0.038, -0.005, -0.103), (0.05, -0.005, -0.133)  # metres from the right elbow: within, and before it
@@ -45,7 +46,7 @@ class Mood(NamedTuple):
 
 
 class Figure:
-    """What is seen of one mood.
+    """The visible parts of one child.
 
     Attributes:
         walked: How far it has walked, metres; backwards counts as less.
@@ -61,6 +62,15 @@ class Figure:
         self._held = model.body_pos[model.body(f"{prefix}held").id]
         self.walked = 0.0
         self._pace = self._sits = self._reaches = self._holds = self._looks = 0.0
+
+    @property
+    def state(self) -> dict[str, float]:
+        """All that the next step depends on."""
+        return {name: getattr(self, name) for name in _STATE}
+
+    @state.setter
+    def state(self, state: dict[str, float]) -> None:
+        vars(self).update(state)
 
     def reset(self) -> None:
         """Stand still, for the start of an episode."""

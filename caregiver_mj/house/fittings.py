@@ -10,7 +10,7 @@ import math
 import mujoco
 import numpy as np
 
-from caregiver_mj.house.furniture import TILED, Furnishing, add_furniture, furnish
+from caregiver_mj.house.furniture import FABRICS, TILED, Furnishing, add_furniture, furnish
 from caregiver_mj.plans import layout as sizes
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import TABLE
@@ -20,7 +20,6 @@ _CAP_HEIGHT = 0.03  # metres, of the board on top of a wall
 _SKIRTING_HEIGHT, _SKIRTING_DEPTH = 0.07, 0.012  # metres
 _JAMB_WIDTH, _JAMB_HEIGHT = 0.035, 0.94  # metres; just above the board on top of the walls
 _RUG_LARGEST, _RUG_GAP = 2.6, 0.35  # metres: its longest side, and its distance to the walls' cells
-_RUGS = ("rug_blue", "rug_red", "rug_green", "rug_ochre")
 # Decorations stand in front of walls, at most 0.2 m deep: in the part of a wall's cell that the thin wall leaves over.
 _DECORATIONS = "bookshelf", "picture", "plant", "sideboard"
 _FLAT = ("picture",)  # children bump into walls from the free cells before them
@@ -100,7 +99,7 @@ def _add_rugs(spec: mujoco.MjSpec, layout: Layout, furnishing: Furnishing) -> No
         if half.min() < 0.3 or furnishing.kinds[i] in TILED:
             continue
         rug = np.array([*(corners[0] + corners[1]) / 2, *half])
-        for layer, (material, inset) in enumerate((("rug_border", 0.0), (_RUGS[i % len(_RUGS)], 0.06))):
+        for layer, (material, inset) in enumerate((("rug_border", 0.0), (FABRICS[i % len(FABRICS)], 0.06))):
             add_box(spec, f"rug_{i}_{layer}", material, rug, 0, 0.003 + 0.002 * layer, margin=-inset)
 
 

@@ -29,7 +29,7 @@ _PIECES = {  # in a room, as far as there is room
     "bathroom": ("bath", "basin", "toilet"),
     "hall": ("wardrobe", "bench"),
 }
-_FABRICS = "rug_blue", "rug_red", "rug_green", "rug_ochre"
+FABRICS = "rug_blue", "rug_red", "rug_green", "rug_ochre"
 _WINDOW_SHARE, _CORNER_SHARE = 0.5, 0.55  # of the places where a window, a lamp or a plant could be
 Span = tuple[float, float]  # metres
 
@@ -79,7 +79,7 @@ def _books(half: float, shelves: tuple[float, ...]) -> Iterator[Part]:
         left = -half
         for number in range(5):
             width = widths[(number + 2 * row) % 5]
-            material = (*_FABRICS, "white")[(number + row) % 5]
+            material = (*FABRICS, "white")[(number + row) % 5]
             yield Part(material, (0.08, 0.3), (left, left + width), (floor, floor + 0.17 + 0.3 * width))
             left += width + 0.004
 
@@ -283,10 +283,10 @@ def add_furniture(spec: mujoco.MjSpec, layout: Layout, furnishing: Furnishing) -
     """Add all that stands in recesses, and windows and lamps; plants are models of their own."""
     for number, (name, stretch) in enumerate(furnishing.pieces):
         place, yaw = layout.face(stretch)
-        fabric = _FABRICS[number % len(_FABRICS)]
+        fabric = FABRICS[number % len(FABRICS)]
         _add(spec, f"{name}_{number}", (*_recess(PIECES[name].cells), *PIECES[name].parts), place, yaw, fabric)
     for number, stretch in enumerate(furnishing.windows):
-        _add(spec, f"window_{number}", _WINDOW.parts, *layout.face(stretch), _FABRICS[stretch.room % len(_FABRICS)])
+        _add(spec, f"window_{number}", _WINDOW.parts, *layout.face(stretch), FABRICS[stretch.room % len(FABRICS)])
     for number, (name, place, yaw) in enumerate(furnishing.corners):
         if name == "lamp":
             _add(spec, f"lamp_{number}", _LAMP.parts, place, yaw, "")

@@ -31,6 +31,8 @@ EYE = "eye"  # the robot's camera
 _SPRUNG = 0.002  # m; greatest travel of the bolt of a latched gate
 _HIDES = np.array([group in (OPAQUE, 3) for group in range(mujoco.mjNGROUP)], np.uint8)  # groups of opaque geoms
 _DENSE = 150  # degrees of freedom up to which dense Jacobians are faster; house `paper` has 43
+# Of a pickled simulation: data, robot, state of its ramp, numbers of what is awake, and states of the figures.
+_Pickled = tuple[wrapper.MjData, Embodiment | None, RampState | None, dict[str, int], list[dict[str, float]]]
 _AWAKE = ("ntree_awake", "nbody_awake", "nparent_awake", "nv_awake")
 
 
@@ -67,23 +69,28 @@ class Physics(OffscreenRendering, engine.Physics):
         TouchReader.add_sensors(spec, children)
         return cls(wrapper.MjData(wrapper.MjModel(compile_house(spec))), embodiment)
 
-    # dm_control copies and pickles a simulation by its data alone, which lack the robot and the state of its ramp.
+    # dm_control copies and pickles a simulation by its data alone, which lack the robot, the state of its ramp, and those
+    # of the children's figures.
 
     def copy(self, share_model: bool = False) -> Physics:
         copied = super().copy(share_model)
         copied._embody(self.embodiment, self._ramp_state())
+        if share_model:  # the figures are part of the model, which the original poses
+            copied.figures = []
+        copied._pose_figures(self._figure_states())
         return copied
 
     # MuJoCo's pickles lose the numbers of awake trees, bodies and so on, without which the next step is a fatal error.
 
-    def __getstate__(self) -> tuple[wrapper.MjData, Embodiment | None, RampState | None, dict[str, int]]:
+    def __getstate__(self) -> _Pickled:
         awake = {name: getattr(self._raw[1], name) for name in _AWAKE}
-        return super().__getstate__(), self.embodiment, self._ramp_state(), awake
+        return super().__getstate__(), self.embodiment, self._ramp_state(), awake, self._figure_states()
 
-    def __setstate__(self, state: tuple[wrapper.MjData, Embodiment | None, RampState | None, dict[str, int]]) -> None:
-        data, embodiment, ramp, awake = state
+    def __setstate__(self, state: _Pickled) -> None:
+        data, embodiment, ramp, awake, figures = state
         super().__setstate__(data)
         self._embody(embodiment, ramp)
+        self._pose_figures(figures)
         for name, count in awake.items():
             setattr(self._raw[1], name, count)
 
@@ -123,6 +130,13 @@ class Physics(OffscreenRendering, engine.Physics):
         self._embody(self.embodiment)
         self.figures = [Figure(model, child_prefix(k)) for k in range(children)] if self._has_visuals() else []
         self.touches: list[Touch] = []
+
+    def _figure_states(self) -> list[dict[str, float]]:
+        return [figure.state for figure in self.figures]
+
+    def _pose_figures(self, states: list[dict[str, float]]) -> None:
+        for figure, state in zip(self.figures, states, strict=False):
+            figure.state = state
 
     def _ramp_state(self) -> RampState | None:
         return None if self._robot is None else self._robot.ramp.state
@@ -164,18 +178,32 @@ class Physics(OffscreenRendering, engine.Physics):
         self.check_cameras(names)
         return {name: self.render(camera_id=name, render_flag_overrides={"shadow": False}) for name in names}
 
-    def render(self, height: int = 240, width: int = 320, camera_id: int | str = -1, **options: Any) -> np.ndarray:
+    def render(
+        self,
+        height: int = 240,
+        width: int = 320,
+        camera_id: int | str = -1,
+        overlays: Sequence[Any] = (),
+        depth: bool = False,
+        segmentation: bool = False,
+        **options: Any,
+    ) -> np.ndarray:
         """Render a picture, as dm_control does; for the robot's `eye`, walls go up to the ceiling and cast no shadows.
 
         Args:
             height: Pixels.
             width: Pixels.
             camera_id: The camera's name or number.
+            overlays: Texts.
+            depth: Whether to return distances, m, (height, width).
+            segmentation: Whether to return numbers and types of objects, (height, width, 2).
             options: Further ones of `dm_control.mujoco.Physics.render`.
         """
         if camera_id == EYE or camera_id == mujoco.mj_name2id(self._raw[0], mujoco.mjtObj.mjOBJ_CAMERA, EYE) >= 0:
-            options = {"scene_callback": raise_walls, "render_flag_overrides": {"shadow": False}} | options
-        return super().render(height, width, camera_id, **options)
+            options.setdefault("scene_callback", raise_walls)
+            if not (depth or segmentation):  # which have no flags
+                options.setdefault("render_flag_overrides", {"shadow": False})
+        return super().render(height, width, camera_id, overlays, depth, segmentation, **options)
 
     def camera(self, name: str, width: int, height: int) -> engine.Camera:
         """Return one of its cameras, to render with again and again; without a name, one that can be moved.

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from caregiver_mj.house.physics import EYE, Physics
+from caregiver_mj.house.physics import EYE, Physics, raise_walls
 from caregiver_mj.house.rendering import mujoco
 from caregiver_mj.plans.layout import CEILING
 from caregiver_mj.viz.forecast import Tile
@@ -28,7 +28,7 @@ _ABOVE = 1.2  # metres: where labels are written
 
 
 class Pose(NamedTuple):
-    """Where a camera is that none of the model's is."""
+    """The place of a camera that is not one of the model's."""
 
     place: tuple[float, float, float]  # metres, in the middle of the picture
     distance: float  # metres from there
@@ -156,6 +156,8 @@ class StillCamera(Camera):
     def set_scene(self) -> None:
         """Make the scene that is drawn."""
         self.view.update()
+        if self._id >= 0 and self._model.camera(self._id).name == EYE:
+            raise_walls(self._physics, self.view.scene)
 
     def _changed_parts(self, before: np.ndarray, moved: np.ndarray) -> list[Part]:
         """Parts of the picture that hold all that has moved, there and in the boxes before."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -28,16 +29,18 @@ class Episode:
         foresees: Whether what the caregiver thinks may be coming is shown.
     """
 
-    def __init__(self, spec: EpisodeSpec, foresees: bool = False, answers: str = ""):
-        """Begin an episode, whose caregiver's answers may be given again in its place.
+    def __init__(self, spec: EpisodeSpec, foresees: bool = False, answers: str = "", cameras: Sequence[str] = ()):
+        """Begin an episode in a house with some cameras; its caregiver's answers may be given again in its place.
 
         Raises:
-            CaregiverError: There can be no such episode, or the caregiver does not think of what may be coming.
+            CaregiverError: There can be no such episode, or the caregiver does not think of what may be coming, or a
+                camera is missing.
         """
         spec.check(replayed=bool(answers))
         self.spec, self.foresees = spec, foresees
         self._rollout = make_house(spec, answers=answers)
         self.env, self.policy = self._rollout.env, self._rollout.policy
+        self.env.physics.check_cameras(cameras)
         self._keeping = keep_answers(self._rollout)
         self.answers = self._keeping.__enter__()  # for as long as there is the episode
         self._rollout.begin(spec.own_seed)

@@ -32,6 +32,7 @@ LONGEST = 86_400  # seconds of a film
 FORMATS = ".mp4", ".gif", ".webp"  # of films, by the suffix
 _LOSSY = dict.fromkeys(FORMATS[1:], ("-crf", "8"))  # of what is converted: finer than a film
 _TRAIL_SECONDS = 20.0
+_LEAST_INSET = 60  # pixels of an inset's height, below which nothing could be made out
 _WIDE = 1.5  # width over height from which a picture has room for insets beside the house
 # Sides of round things, their rings, and pixels of the shadow map's side; how high pictures of a whole house may be for
 # the coarse ones.
@@ -81,8 +82,6 @@ class Studio:
         self._is_wide = width > _WIDE * height
         if camera == AUTO and not self._is_wide:
             camera = "overview"
-        if camera != AUTO:
-            physics.check_cameras([camera])
         quality = physics.model.vis.quality
         quality.numquads = 1  # lit by the sun alone, boxes look the same and are drawn faster
         still = camera == AUTO or physics.model.ptr.camera(camera).bodyid == 0  # the world's
@@ -106,7 +105,8 @@ class Studio:
         if self._column:
             inset_size = hud.column_inset_size(width, height, self._column, episode.env.task.plan, episode.foresees)
         self._follow = director.CloseShot(inset_size[0] / inset_size[1], picture.fps)
-        self._insets = {name: Camera(physics, _place(name), *inset_size) for name in self._inset_names(camera)}
+        beside = self._inset_names(camera) if inset_size[1] >= _LEAST_INSET else []
+        self._insets = {name: Camera(physics, _place(name), *inset_size) for name in beside}
 
     def _inset_names(self, camera: str) -> list[str]:
         """The cameras shown beside the large one."""
@@ -126,7 +126,7 @@ class Studio:
         return hud.draw(self._page, state, insets, beside=bool(self._column))
 
     def _shown(self, state: HudState) -> list[str]:
-        """Say which insets are shown: of the director's one, the hand while it works, and else the close shot."""
+        """Return the insets to show; with the director, the hand while it works and the close shot otherwise."""
         if AUTO not in self._insets:
             return [*self._insets]
         shot = self._insets[AUTO]
@@ -143,7 +143,7 @@ class Studio:
 
 
 def _place(camera: str) -> str | Pose:
-    """Where a camera of a name is to begin with; the director tells its own where to go."""
+    """Return the first place of a camera; the director moves its own."""
     return Pose((0.0, 0.0, 0.0), 1.0, 1.0) if camera == AUTO else camera
 
 
@@ -186,7 +186,8 @@ def render_episode(
     if overlay not in (None, *OVERLAYS):
         raise CaregiverError(f"no overlay '{overlay}': there is {', '.join(OVERLAYS)}")
     path, still = _writable(path, *FORMATS), None if still is None else _writable(still, ".png")
-    filmed = Episode(dataclasses.replace(spec, world="house"), overlay == "danger", answers)
+    cameras = () if picture.camera == AUTO else (picture.camera,)
+    filmed = Episode(dataclasses.replace(spec, world="house"), overlay == "danger", answers, cameras)
     best: tuple[float, np.ndarray | None] = (math.inf, None)
     fps, size = picture.fps, (picture.width, picture.height)
     count = max(1, round(seconds * fps))

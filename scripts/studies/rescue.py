@@ -11,6 +11,7 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from caregiver_mj.children.child_group import ChildGroup
+from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -56,6 +57,8 @@ def frames(panels: list[Panel], options: argparse.Namespace) -> Iterator[Image.I
     width, begin, plan = (options.width - _GAP) // 2, options.begin, panels[0].episode.env.task.plan
     cast = [director.cast(panel.episode.hud_state(1)) for panel in panels]
     stairs = [plan.position((row + down, column + right)) for (row, column), (down, right) in _ways_down(plan)]
+    if not stairs:
+        raise CaregiverError(f"house must have stairs for this film, got '{plan.name}'")
     nearest = min(stairs, key=lambda place: np.linalg.norm(place - cast[0][0]))
     for panel in panels:
         panel.aim(np.concatenate([*cast, [nearest]]), np.radians(options.azimuth), width, options.height)

@@ -98,7 +98,7 @@ def test_each_decides_for_its_share():
 
 
 def test_families_are_alike_in_number_and_share_no_object():
-    with pytest.raises(CaregiverError, match="families must have equally many children, got 1, 2"):
+    with pytest.raises(CaregiverError, match="child groups must be of the same size, got 1, 2"):
         side_by_side(PAPER, [ChildGroup.of("1"), ChildGroup.of("1,.5")], 3)
     child = Novice(PAPER, 0.5)
     with pytest.raises(CaregiverError, match="got the same Novice twice"):

@@ -1,6 +1,7 @@
 """The figure of a child: it walks as toddlers do, and what happens in the house does not depend on it."""
 
 import math
+import pickle
 
 import numpy as np
 import pytest
@@ -135,3 +136,31 @@ def test_the_same_episode_looks_the_same():
         turns.append(env.physics.model.body_quat.copy())
     np.testing.assert_array_equal(*turns)
     assert np.ptp(turns[0], axis=0).max() > 0
+
+
+def leg(physics):
+    return physics.model.body_quat[physics.model.body("toddler/leg_l").id].copy()
+
+
+@pytest.mark.parametrize("again", [Physics.copy, lambda physics: pickle.loads(pickle.dumps(physics))])
+def test_a_copy_walks_on_as_the_original_does(again):
+    walker = Walker()
+    walker.go(0.8, speed=0.4)
+    copied = again(walker.physics)
+    walker.go(STEP, speed=0.4)
+    copied.figures[0].step(walker.walk, Mood(), None, STEP)
+    assert copied.figures[0].walked == walker.physics.figures[0].walked > 0.3
+    assert (leg(copied) == leg(walker.physics)).all()
+
+
+def test_a_copy_that_shares_the_model_poses_nobody_in_it():
+    walker = Walker()
+    walker.go(0.8, speed=0.4)
+    assert not walker.physics.copy(share_model=True).figures
+
+
+@pytest.mark.parametrize("how", ["depth", "segmentation"])
+def test_the_robots_eye_has_depth_and_segmentation(how):
+    physics = Physics.from_plan(ROOM)
+    physics.forward()
+    assert physics.render(24, 32, "eye", **{how: True}).shape[:2] == (24, 32)
