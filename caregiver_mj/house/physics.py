@@ -69,8 +69,8 @@ class Physics(OffscreenRendering, engine.Physics):
         TouchReader.add_sensors(spec, children)
         return cls(wrapper.MjData(wrapper.MjModel(compile_house(spec))), embodiment)
 
-    # dm_control copies and pickles a simulation by its data alone, which lack the robot, the state of its ramp, and those
-    # of the children's figures.
+    # dm_control copies and pickles a simulation by its data alone, which lack the robot, its ramp, and the figures of the
+    # children.
 
     def copy(self, share_model: bool = False) -> Physics:
         copied = super().copy(share_model)
