@@ -69,8 +69,8 @@ class Physics(OffscreenRendering, engine.Physics):
         TouchReader.add_sensors(spec, children)
         return cls(wrapper.MjData(wrapper.MjModel(compile_house(spec))), embodiment)
 
-    # dm_control copies and pickles a simulation by its data alone, which lack the robot, its ramp, and the figures of the
-    # children.
+    # dm_control copies and pickles a simulation by its data alone, which lack the robot, its ramp, and the children's
+    # figures.
 
     def copy(self, share_model: bool = False) -> Physics:
         copied = super().copy(share_model)
