@@ -144,7 +144,7 @@ def _table(path: pathlib.Path, rows: int) -> pd.DataFrame:
         if others := [field.name for field in schema if not _fits_in_column(field.type)]:
             raise ValueError(f"its columns must be of numbers, texts or lists of numbers, got '{others[0]}'")
         with limited_memory(LARGEST_PIECE + size):
-            return file.read(use_threads=False).to_pandas()
+            return file.read(use_threads=False).to_pandas(use_threads=False)  # a thread takes memory, too
 
 
 def _fits_in_column(kind: Any) -> bool:

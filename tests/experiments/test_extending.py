@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import shutil
+import subprocess
 import sys
 
 import pandas as pd
@@ -244,3 +245,13 @@ def test_seeds_are_pooled(runs, tmp_path, capsys):
     assert "--episodes 8 --seed 1" in page
     with pytest.raises(CaregiverError, match="holds pooled runs: resume each of them"):
         run(out, dataclasses.replace(pooled.settings, episodes=20))
+
+
+def test_a_long_table_is_read_in_a_process_that_has_no_threads_yet(tmp_path):
+    """Where memory is limited a library cannot launch any."""
+    path, rows = tmp_path / "episodes.parquet", 8_000
+    pd.DataFrame({f"column {i}": [float(i % 7), 0.0] * (rows // 2) for i in range(70)}).to_parquet(path)
+    read = (
+        "import pathlib, sys; from caregiver_mj.experiments.finished import _table; _table(pathlib.Path(sys.argv[1]), "
+    )
+    subprocess.run([sys.executable, "-c", f"{read}{rows})", path], check=True)
