@@ -1,6 +1,6 @@
-"""The caregiver that sees harm coming: it looks ahead to where the children may go, and to what it could still do.
+"""The planner: it predicts where the children may go, and chooses the option with the least damage to come.
 
-Another stands beside it, which is told the goals of the children.
+A privileged variant knows the goals of the children.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ REGRETS = 30
 
 
 class ForesightCaregiver(Caregiver):
-    """Does that from which the least damage is to be expected, later interventions included.
+    """Take the option with the least expected damage, later interventions included.
 
     It believes in every toy bin that a child may be going to, and every epsilon that it may have, as far as the child's
     moves speak for them. What follows for each of them is in a `ValueTable`; those expectations are weighed by the
@@ -80,7 +80,7 @@ class ForesightCaregiver(Caregiver):
         self._plans = candles_at_a_time(plan) >= min(1, len(plan.candle_tables))
         self.waits = self._plans
         self._hysteresis, self._change, self._objective, self._regrets = hysteresis, change, objective, regrets
-        self._rule = PaperCaregiver(plan, seed)  # for whoever looks on; it decides nothing
+        self._rule = PaperCaregiver(plan, seed)  # for displays; it decides nothing
         self._begin(1, 1)
 
     def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
@@ -135,7 +135,7 @@ class ForesightCaregiver(Caregiver):
     def decide(self, percept: Percept) -> Interventions:
         answer = Interventions.idle(len(percept.caregiver_cell))
         lying = self._within_reach_on_the_floor(percept)
-        # Whoever has a candle in the hand puts it down first, and one on the floor is picked up before anything else.
+        # A candle in the hand is put down first, and one on the floor is picked up before anything else.
         empty, index = percept.holding == NOTHING, self.index
         for world in np.flatnonzero(empty & lying.any(axis=1)):
             candle = lying[world].argmax()
@@ -212,7 +212,7 @@ class ForesightCaregiver(Caregiver):
             damage[self.index.of_hazards(percept.out_of_reach[worlds], others=False)] = np.inf
         begun, tables = self._begun[worlds], percept.candle_table[worlds]
         candle = self.index.among(self.index.relocations, begun)
-        if tables.size:  # one that has put its candle down has nothing to go on with
+        if tables.size:  # a relocation ends once its candle stands where it should
             there = tables[np.arange(len(worlds)), candle] == self._table[worlds]
             begun = np.where((candle != NOTHING) & there, NOTHING, begun)
         goes_on = np.arange(damage.shape[1]) == begun[:, None]
@@ -268,7 +268,7 @@ def each_on_a_table(plan: FloorPlan, percept: Percept) -> Percept:
 
 
 class KnowsGoalCaregiver(ForesightCaregiver, PrivilegedCaregiver):
-    """Is told the toy bin and the epsilon of each child, but not what will come by chance, nor of which kind it is.
+    """The planner that knows the toy bin and the epsilon of each child, but neither its kind nor what chance will bring.
 
     It is no bound: its planner is the same, with the same approximations. An epsilon between two that it has plans for
     is believed to be either, so that it is right on an average.
@@ -285,5 +285,5 @@ class KnowsGoalCaregiver(ForesightCaregiver, PrivilegedCaregiver):
         each = np.eye(len(known))
         of_epsilon = (1 - share)[..., None] * each[above - 1] + share[..., None] * each[above]
         novice = self.belief.probability[:, :, :bins].sum(axis=(2, 3), keepdims=True)
-        told = novice * at_goal[..., None] * of_epsilon[:, :, None]
-        self.belief.probability = np.where(np.arange(goals)[:, None] < bins, told, self.belief.probability)
+        known_child = novice * at_goal[..., None] * of_epsilon[:, :, None]
+        self.belief.probability = np.where(np.arange(goals)[:, None] < bins, known_child, self.belief.probability)
