@@ -268,7 +268,7 @@ def each_on_a_table(plan: FloorPlan, percept: Percept) -> Percept:
 
 
 class KnowsGoalCaregiver(ForesightCaregiver, PrivilegedCaregiver):
-    """The planner that knows the toy bin and the epsilon of each child, but neither its kind nor what chance will bring.
+    """The planner that knows the toy bin and the epsilon of each child, but neither its kind nor what chance brings.
 
     It is no bound: its planner is the same, with the same approximations. An epsilon between two that it has plans for
     is believed to be either, so that it is right on an average.
