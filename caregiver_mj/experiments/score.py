@@ -13,7 +13,7 @@ A single episode varies widely: the score may be far below 0, or above 1 where t
 
 Tables of a run contain episodes without a caregiver, so `none` is exactly 0 in them: the score of a caregiver is the
 mean of `prevented` over that of `preventable`, in paired episodes. The damage of bare tables only follows from bumps
-into tables without a caregiver, whatever stands on them: in the grid it equals that of `floor` for all children of the
+into tables without a caregiver, with or without a candle: in the grid it equals that of `floor` for all children of the
 package, because a shut stairwell stops them as an open one does.
 """
 

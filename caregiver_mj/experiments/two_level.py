@@ -1,7 +1,7 @@
 """Intervals over many houses: the house is the sampling unit, because claims are about unseen houses.
 
 They resample houses, then episodes in each, and are studentised over houses. Percentiles of such resamples would count
-the variation of the few episodes in a house twice. All houses have equal weight, whatever their number of episodes.
+the variation of the few episodes in a house twice. All houses have equal weight.
 
 A sample is a sequence of arrays, one for each house, (episodes,) or (episodes, columns).
 """

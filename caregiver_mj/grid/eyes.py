@@ -69,7 +69,7 @@ class GridEyes:
         self._see_hazards(in_view)
 
     def percept(self, everything: Percept) -> Percept:
-        """Reduce a complete percept to what is known."""
+        """Return a complete percept reduced to the knowledge of a caregiver with partial sight."""
         tracker, left = self.tracker, self.state != 0
         known = self._previous != NOTHING
         return dataclasses.replace(

@@ -1,8 +1,8 @@
 """The figure of a child: limbs that swing as it walks, and a head that looks round. It is only to be seen.
 
 The parts of `models/toddler.xml` are bodies without mass or joints below the child's own. Before a control step a
-figure turns them in the model itself, so every picture shows them, whoever draws it; state and physics know nothing of
-them. Where a house has no visuals there is no figure.
+figure turns them in the model itself, so every renderer shows them; they are no part of state or physics. Without
+visuals there is no figure.
 
 Angles are in radians, those of a part about the axes of the child: forward (x), left (y) and up (z).
 """

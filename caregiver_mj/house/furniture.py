@@ -217,7 +217,7 @@ _LAMP = Piece(
 
 
 class Furnishing(NamedTuple):
-    """What stands where in a house.
+    """The furniture of a house.
 
     A place is a point (2,) in metres at the foot of a wall's face, and the yaw that faces the room.
     """
@@ -264,7 +264,7 @@ def furnish(layout: Layout) -> Furnishing:
 
 
 def _kinds(layout: Layout, random: np.random.Generator) -> tuple[str, ...]:
-    """Tell what each room is: of the larger ones, a coin tells which is the kitchen."""
+    """Return the kind of each room, by size; a coin decides which of the two largest is the kitchen."""
     found = ["hall"] * len(layout.rooms)
     sizes = {}
     for i, room in enumerate(layout.rooms):
@@ -293,7 +293,7 @@ def add_furniture(spec: mujoco.MjSpec, layout: Layout, furnishing: Furnishing) -
 
 
 def _recess(cells: int) -> Iterator[Part]:
-    """What is left of the wall: boards behind and beside, as high as the wall, with the board on top of them."""
+    """The boards around a recess: behind and beside it, as high as the wall, each under the wall's cap."""
     half, thin = cells * DEFAULT_CELL_SIZE / 2, _PANEL
     yield Part("planks", (0.0, _DEPTH), (-half, half), (-0.02, 0.0005))
     for deep, across in (

@@ -56,7 +56,7 @@ class Executive:
         self.reset()
 
     def reset(self) -> None:
-        """Begin an episode; the caregiver is reset by whoever knows the episode's seed."""
+        """Begin an episode; `CaregiverPolicy` resets the caregiver, with the episode's seed."""
         self.routine: Routine | None = None
         self.assessment: Assessment | None = None
         self.begun = self.done = 0

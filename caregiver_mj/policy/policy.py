@@ -53,8 +53,8 @@ class CaregiverPolicy:
     Attributes:
         plan: The house.
         caregiver: Who decides.
-        robot: The robot's references, for whoever looks on.
-        executive: What is being carried out, for whoever looks on.
+        robot: The robot's references, for displays.
+        executive: Carries out the interventions; for displays.
     """
 
     def __init__(
@@ -230,7 +230,7 @@ class CaregiverPolicy:
                 "another: make a policy for each environment"
             )
 
-    # -- For whoever looks on --------------------------------------------------------------------
+    # -- For displays ----------------------------------------------------------------------------
 
     @property
     def assessment(self) -> Assessment | None:

@@ -203,7 +203,7 @@ class Grasp:
         return max(self.open, min(self.widest, self.open + (thing.radius - layout.CANDLE_RADIUS)))
 
     def squeezed(self, thing: layout.Thing) -> float:
-        """Return how far each finger is told to stand off the middle when it has got one, which it squeezes alike."""
+        """Return the command of each finger that squeezes a thing, m from the middle."""
         return self.closed + (thing.radius - layout.CANDLE_RADIUS)
 
 

@@ -69,7 +69,7 @@ class ArmLimits:
         velocity_share: The part of the velocity that is planned for.
         acceleration_share: The part of the acceleration that is planned for.
         planned_jerk: rad/s^3, of all joints.
-        near_ends: What is left of the velocity near the ends of the joints' ranges; None if all of it is.
+        near_ends: Limits of the velocity near the ends of the joints' ranges; None if there are none.
         servo_velocity: Of each joint, rad/s, beyond which nothing is planned either: faster its servo lags behind.
     """
 
@@ -116,8 +116,8 @@ class RobotLimits:
             goes on along the tangent of the hand's arc, and friction knows no place to come back to.
         gripper: Planned for each finger, metres.
         base_speed: The highest speed of the base, m/s; what is planned leaves the feedback something to correct with.
-        base_acceleration: Its highest acceleration, m/s^2, whatever slows it down or speeds it up on its path.
-        base_jerk: Its highest jerk, m/s^3, likewise.
+        base_acceleration: Its highest acceleration, m/s^2, of path and changes of rate together.
+        base_jerk: Its highest jerk, m/s^3, of both together.
         turn: The highest of the base's turns, feedback and all.
         finger_speed: The highest speed of each finger, m/s.
         carrying: What the base's are with something in the hand; None if they are the same.

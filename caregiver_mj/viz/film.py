@@ -72,8 +72,9 @@ class Studio:
     def __init__(self, episode: Episode, picture: Picture, trail_length: int):
         """Set the cameras up, with so many of the latest looks at the children as their trails.
 
+        The camera is one of the house, see `Episode`.
+
         Raises:
-            CaregiverError: There is no such camera.
             RenderingError: There is no OpenGL to render with.
         """
         self._episode, self._trail_length = episode, trail_length
@@ -250,7 +251,7 @@ def _convert(film: pathlib.Path, path: pathlib.Path) -> None:
     steps: list[list[str]] = [["-c:v", "libwebp_anim", "-loop", "0", "-q:v", "80", str(made)]]
     if suffix == ".gif":  # in two passes, with the colours of all of it
         steps = [
-            ["-vf", "palettegen=max_colors=160:stats_mode=diff", "-frames:v", "1", "-update", "1", str(palette)],
+            ["-vf", "palettegen=stats_mode=full", "-frames:v", "1", "-update", "1", str(palette)],
             ["-i", str(palette), "-lavfi", "paletteuse=dither=none:diff_mode=rectangle", str(made)],
         ]
     try:
