@@ -5,6 +5,7 @@ They are plain Markdown, to be read on a source host and on the site alike. `scr
 
 from __future__ import annotations
 
+import enum
 import functools
 import importlib
 import inspect
@@ -107,6 +108,8 @@ def _members(kind: type) -> Iterator[str]:
 
 def _signature(name: str, one: Any) -> str:
     """Name, parameters with their types and defaults, and what is returned; the same with every Python."""
+    if inspect.isclass(one) and issubclass(one, enum.Enum):  # of which each Python has a signature of its own
+        return f"{name}: {', '.join(one.__members__)}"
     try:
         made = inspect.signature(one)
     except (TypeError, ValueError):  # of an exception, for one
@@ -141,7 +144,7 @@ def _default(value: Any) -> str:
 def _summary(one: Any) -> str:
     """The first paragraph of a docstring, in a line."""
     first, *_ = (inspect.getdoc(one) or "").split("\n\n")
-    if first.startswith(f"{getattr(one, '__name__', '')}("):  # a dataclass without a docstring has its signature there
+    if inspect.isclass(one) and first.startswith(f"{one.__name__}("):  # a dataclass without a docstring: its signature
         return ""
     first = _SECTION.split(first)[0]
     return " ".join(first.split()).replace("<", "&lt;") if "`" not in first else " ".join(first.split())
