@@ -58,13 +58,17 @@ class BaseMotion:
             is_clear: Tells whether the base has room at points (n, 2). Corners are cut as long as it does.
 
         Raises:
-            PathError: The base is too fast to turn into it, or has no room to; stop first.
+            PathError: The base is too fast to turn into it, has no room to, or is about to come to rest; stop first.
         """
         _, velocity, acceleration = self.base_reference()
         moves = math.hypot(*velocity) > _AT_REST
         brakes = moves and self._playback.at(self.now)[2] < 0.0 and _leads_on(points, velocity)
         if brakes and self._path is not None:
             _, velocity, acceleration = self._path.at(self._playback.at(self.now)[0])
+        # A path ends a protective stop with less jerk than the stop itself: near rest the base would turn back by it.
+        slows = velocity[0] * acceleration[0] + velocity[1] * acceleration[1] < 0.0
+        if moves and slows and math.hypot(*acceleration) ** 2 > 2 * self.limits.base.jerk * math.hypot(*velocity):
+            raise PathError("the base is about to come to rest")
         for deviation in _CORNER_DEVIATIONS:
             path = BasePath(points, self.limits.base, velocity, acceleration, deviation)
             times = np.arange(0.0, path.duration, _CHECK_INTERVAL).tolist()

@@ -6,6 +6,7 @@ import pytest
 from caregiver_mj.robot.base_path import BasePath
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.motion import RobotMotion
+from caregiver_mj.robot.scalar_motion import PathError
 
 ROBOT = find_embodiment()
 
@@ -56,6 +57,31 @@ def test_a_base_that_has_left_its_path_stops_as_soon_as_it_can_at_whatever_rate_
     robot.let_go(here, (0.0, 0.0), (0.0, 0.0))
     robot.drive_along([here, (0.0, 0.0)], lambda _: True)
     assert not robot.stops
+
+
+@pytest.mark.parametrize("way", [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)])
+def test_a_base_that_is_about_to_rest_does_not_turn_back_for_a_new_path(way):
+    """A child may be at its heels: a path that would end the stop with less jerk must wait until the base rests."""
+    robot = motion_along((3.0, 0.0))
+    while np.hypot(*robot.base_reference()[1]) < 1.0:
+        robot.set_rate(1.0)
+        robot.now += 0.02
+    robot.let_go(*robot.base_reference())
+    while robot.base_reference()[1][0] > 0.1:
+        robot.now += 0.02
+    last = robot.base_reference()[0][0]
+    for _ in range(20):
+        here = robot.base_reference()[0]
+        if robot.moving and robot.stops:
+            try:
+                robot.drive_along([here, (here[0] + way[0], here[1] + way[1])], lambda _: True)
+            except PathError:
+                pass
+        robot.set_rate(0.0)
+        assert robot.base_reference()[0][0] >= last - 1e-6
+        last = robot.base_reference()[0][0]
+        robot.now += 0.02
+    assert not robot.moving
 
 
 def test_a_base_tells_how_much_of_its_speed_it_has():
