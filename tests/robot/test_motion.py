@@ -1,5 +1,7 @@
 """The robot's references and the actions that follow them."""
 
+import contextlib
+
 import numpy as np
 import pytest
 
@@ -73,10 +75,8 @@ def test_a_base_that_is_about_to_rest_does_not_turn_back_for_a_new_path(way):
     for _ in range(20):
         here = robot.base_reference()[0]
         if robot.moving and robot.stops:
-            try:
+            with contextlib.suppress(PathError):
                 robot.drive_along([here, (here[0] + way[0], here[1] + way[1])], lambda _: True)
-            except PathError:
-                pass
         robot.set_rate(0.0)
         assert robot.base_reference()[0][0] >= last - 1e-6
         last = robot.base_reference()[0][0]
