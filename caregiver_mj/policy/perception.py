@@ -198,9 +198,9 @@ class Perception:
             self._see(seen, hidden_only=True)
         if self._all_clear:
             return False, False
-        new, here = False, NOTHING if self._is_full else int(self._caregiver_cell(view)[0])
+        new = False
         for number, sighting in enumerate(self._children):
-            if not sighting.is_clear and self._make_out(sighting, seen.get(number), here, clock - move >= _LATEST):
+            if not sighting.is_clear and self._make_out(sighting, seen.get(number), view.base, clock - move >= _LATEST):
                 new = True
         self._all_clear = all(sighting.is_clear for sighting in self._children)
         if new and self._all_clear and not self._is_full:
@@ -237,8 +237,8 @@ class Perception:
         left = 1.0 - self._gone if self._all_clear else self._gone
         return self._in_view[None] & (left <= _IN_ITS_CELL)
 
-    def _make_out(self, sighting: _Sighting, child: ChildView | None, here: int, late: bool) -> bool:
-        """Take in where a child is heading, if that is clear by now, and where the robot is."""
+    def _make_out(self, sighting: _Sighting, child: ChildView | None, base: Pose, late: bool) -> bool:
+        """Take in where a child is heading, if that is clear by now, and whether the base is in its way."""
         if child is None or sighting.origin is None:
             if late:
                 sighting.is_clear, sighting.previous = True, (NOTHING, NOTHING)
@@ -253,11 +253,17 @@ class Perception:
         sighting.cell = cell
         if distance > self._smallest_move:
             action = max(range(len(ACTIONS)), key=lambda a: dx * ACTIONS[a][1] - dy * ACTIONS[a][0])
-            sighting.cell = int(self._next_cell[cell, action])
-            if not self._is_full and sighting.cell == here:
-                sighting.cell = cell  # it runs into the robot
+            if not self._stops(base, cell, action):
+                sighting.cell = int(self._next_cell[cell, action])
         sighting.previous = (cell, action)
         return True
+
+    def _stops(self, base: Pose, cell: int, action: int) -> bool:
+        """Return whether a child that moves from a cell's middle touches the base before it has left the cell."""
+        (down, right), (x, y) = ACTIONS[action], self._centres[self._plan.free_cells[cell]]
+        ahead = (base[0] - x) * right - (base[1] - y) * down
+        aside = (base[0] - x) * down + (base[1] - y) * right
+        return abs(aside) < _FELT and 0.0 < ahead < self._plan.cell_size / 2 + math.sqrt(_FELT**2 - aside**2)
 
     def percept(self, view: View, holding: int, out_of_reach: np.ndarray, under_way: int = NOTHING) -> Percept:
         """Return the world as the caregiver knows it.

@@ -12,7 +12,7 @@ ROOM = FloorPlan.parse("#######\n#B....#\n#.C...#\n#....T#\n#######", "room")
 FREE = np.zeros(len(ROOM.hazards), bool)
 
 
-def observe(*children, candle=None, base=(0.0, 0.0)):
+def observe(*children, candle=None, base=(9.0, 9.0)):
     """An observation with children at positions (x, y); without a dimension of its own for an only one."""
     positions = np.array([[x, y, 0.0] for x, y in children])
     if candle is None:
@@ -32,8 +32,8 @@ def centre(row, column):
     return tuple(ROOM.position((row, column)).tolist())
 
 
-def follow(perception, clock, *children):
-    return perception.watch(perception.look(observe(*children), clock * 1.68), clock)
+def follow(perception, clock, *children, **what):
+    return perception.watch(perception.look(observe(*children, **what), clock * 1.68), clock)
 
 
 def percept(perception, holding=NOTHING, **what):
@@ -55,6 +55,30 @@ def test_six_centimetres_show_the_move_and_where_it_ends(offset, action, cell):
     assert seen.child_cell.tolist() == [[ROOM.cell_index[cell]]]
     assert seen.previous_cell.tolist() == [[ROOM.cell_index[(2, 4)]]]
     assert seen.previous_action.tolist() == [[action]]
+
+
+@pytest.mark.parametrize(
+    ("ahead", "aside", "stops"),
+    [
+        (0.75, 0.0, True),  # in the next cell's middle: they touch .35 m on, short of the border at .375
+        (0.80, 0.0, False),  # .4 m on
+        (0.80, 0.75, False),  # beside the way
+        (0.60, 0.30, True),  # .60 - sqrt(.4^2 - .3^2) = .335 m on
+        (-0.40, 0.0, False),  # behind it
+    ],
+)
+@pytest.mark.parametrize(("offset", "way", "cell"), [((0.06, 0.0), (1, 0), (2, 5)), ((0.0, 0.06), (0, 1), (1, 4))])
+def test_a_base_in_the_way_stops_a_child_that_touches_it_before_it_has_left_its_cell(
+    ahead, aside, stops, offset, way, cell
+):
+    perception = Perception(ROOM)
+    x, y = centre(2, 4)
+    base = x + ahead * way[0] - aside * way[1], y + ahead * way[1] + aside * way[0]
+    perception.reset(observe((x, y), base=base))
+    assert follow(perception, 0.15, (x + offset[0], y + offset[1]), base=base) == (True, True)
+    seen = perception.percept(perception.look(observe((x, y), base=base), 0.3), NOTHING, FREE)
+    assert seen.child_cell.tolist() == [[ROOM.cell_index[(2, 4) if stops else cell]]]
+    assert seen.previous_cell.tolist() == [[ROOM.cell_index[(2, 4)]]]
 
 
 def test_a_move_into_a_table_ends_where_it_began_and_who_stands_still_has_made_none_by_half_time():
