@@ -48,6 +48,7 @@ class _Sighting:
     is_clear: bool  # whether it is clear where that leads
     cell: int  # the free cell in which it is, or will be after the move; NOTHING if that has not been seen
     previous: tuple[int, int]  # the cell in which it made its last move, and that move; NOTHING before any was seen
+    stopped: int = NOTHING  # the free cell to which it is on its way with the base in between
 
 
 class Perception:
@@ -191,7 +192,7 @@ class Perception:
             self._begun, self._all_clear = move, False
             for number, sighting in enumerate(self._children):
                 sighting.origin = seen[number].position if number in seen else None
-                sighting.is_clear = False
+                sighting.is_clear, sighting.stopped = False, NOTHING
         if self._all_clear and self._comes_into_sight(seen):
             return True, False
         if not (self._is_full or np.array_equal(self._in_view, self._looked)) and self._empty().any():
@@ -241,7 +242,7 @@ class Perception:
         """Take in where a child is heading, if that is clear by now, and whether the base is in its way."""
         if child is None or sighting.origin is None:
             if late:
-                sighting.is_clear, sighting.previous = True, (NOTHING, NOTHING)
+                sighting.is_clear, sighting.previous, sighting.stopped = True, (NOTHING, NOTHING), NOTHING
                 sighting.cell = NOTHING if child is None else self.free_cell(child.position)
             return late
         dx, dy = child.position[0] - sighting.origin[0], child.position[1] - sighting.origin[1]
@@ -250,11 +251,14 @@ class Perception:
             return False
         sighting.is_clear = True
         cell, action = self.free_cell(sighting.origin), NOTHING
-        sighting.cell = cell
+        sighting.cell, sighting.stopped = cell, NOTHING
         if distance > self._smallest_move:
             action = max(range(len(ACTIONS)), key=lambda a: dx * ACTIONS[a][1] - dy * ACTIONS[a][0])
+            going = int(self._next_cell[cell, action])
             if not self._stops(base, cell, action):
-                sighting.cell = int(self._next_cell[cell, action])
+                sighting.cell = going
+            elif going != cell:
+                sighting.stopped = going
         sighting.previous = (cell, action)
         return True
 
@@ -294,6 +298,7 @@ class Perception:
             under_way=np.array([under_way]),
             hears=np.array([True]),
             belief=belief,
+            stopped=None if belief is not None else np.array([[child.stopped for child in self._children]]),
             frames=self._frames,
         )
 
