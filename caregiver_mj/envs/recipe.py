@@ -20,8 +20,7 @@ from gymnasium import spaces
 from gymnasium.envs.registration import EnvSpec
 
 from caregiver_mj.caregivers.answers import ReplayedPolicy, replayed
-from caregiver_mj.caregivers.caregiver import Caregiver
-from caregiver_mj.caregivers.privileged import PrivilegedCaregiver
+from caregiver_mj.caregivers.caregiver import Caregiver, PrivilegedCaregiver
 from caregiver_mj.caregivers.registry import find_caregiver, is_caregiver, make_caregiver, needs_pictures
 from caregiver_mj.caregivers.server import Queries
 from caregiver_mj.children.random_stream import RandomStream

@@ -19,9 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from caregiver_mj.caregivers.caregiver import Caregiver, answer, starting_tables
+from caregiver_mj.caregivers.caregiver import Caregiver, Future, PrivilegedCaregiver, Truth, answer, starting_tables
 from caregiver_mj.caregivers.percept import PAPER, Pace, Percept
-from caregiver_mj.caregivers.privileged import Future, PrivilegedCaregiver, Truth
 from caregiver_mj.children.behaviour import ChildPercept
 from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.children.random_stream import Random, RandomStream, start_cells

@@ -7,9 +7,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from caregiver_mj.caregivers.caregiver import Caregiver, answer
+from caregiver_mj.caregivers.caregiver import Caregiver, PrivilegedCaregiver, Truth, answer
 from caregiver_mj.caregivers.percept import Assessment, Percept
-from caregiver_mj.caregivers.privileged import PrivilegedCaregiver, Truth
 from caregiver_mj.interventions.verb import DO_NOTHING, LOOK, Intervention, half_of, verb_of
 from caregiver_mj.plans.hazards import NOTHING, State
 from caregiver_mj.policy.perception import Perception

@@ -14,10 +14,9 @@ from typing import Any
 import dm_env
 import numpy as np
 
-from caregiver_mj.caregivers.caregiver import Caregiver, starting_tables
+from caregiver_mj.caregivers.caregiver import Caregiver, PrivilegedCaregiver, starting_tables
 from caregiver_mj.caregivers.instructed import InstructedCaregiver
 from caregiver_mj.caregivers.percept import Assessment, Percept
-from caregiver_mj.caregivers.privileged import PrivilegedCaregiver
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.house.rendering import control

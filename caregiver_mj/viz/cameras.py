@@ -13,7 +13,7 @@ import numpy as np
 from caregiver_mj.house.physics import EYE, Physics, raise_walls
 from caregiver_mj.house.rendering import mujoco
 from caregiver_mj.plans.layout import CEILING
-from caregiver_mj.viz.forecast import Tile
+from caregiver_mj.viz.moment import Tile
 
 FOVY = 30.0  # degrees, of a camera that is none of the model's; a long lens, so that walls do not hide much
 _HIDDEN = 3  # the first group of geoms that MuJoCo does not draw

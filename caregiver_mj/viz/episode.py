@@ -13,8 +13,8 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.runner import keep_answers, make_house
 from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.viz import moment
-from caregiver_mj.viz.forecast import Forecast, Tile
 from caregiver_mj.viz.hud import HudState
+from caregiver_mj.viz.moment import Forecast, Tile
 
 _LIFTED = 0.05  # metres above its place at the start from which a candle is in the robot's hand
 

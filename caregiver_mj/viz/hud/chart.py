@@ -15,10 +15,9 @@ from caregiver_mj.plans.hazards import Where
 from caregiver_mj.robot.geometry import Pose, to_world
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.colours import GROUND, TEXT, Colour, mix
-from caregiver_mj.viz.forecast import LEAST, Forecast, place_of, strength
 from caregiver_mj.viz.hud import cards
 from caregiver_mj.viz.hud.cards import FINE, SMALLEST_FONT, Scale, fit, width_of, write
-from caregiver_mj.viz.moment import ChildState, HudState
+from caregiver_mj.viz.moment import LEAST, ChildState, Forecast, HudState, place_of, strength
 
 _OPACITY = 232  # of 255
 _LABELLED_CELL = 16  # pixels; names would hide what is in smaller cells

@@ -13,12 +13,11 @@ from caregiver_mj.caregivers.percept import HORIZON
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.colours import GROUND, TEXT, Colour, mix
-from caregiver_mj.viz.forecast import SOON, Forecast
 from caregiver_mj.viz.hud import cards
 from caregiver_mj.viz.hud.cards import Scale, fit, write
 from caregiver_mj.viz.hud.chart import Chart
 from caregiver_mj.viz.hud.strip import draw_strip, strip_box
-from caregiver_mj.viz.moment import HudState
+from caregiver_mj.viz.moment import SOON, Forecast, HudState
 
 _CELL, _RIM = 8, 40  # pixels, of a cell and of what is around the house, in the smallest picture of the plan alone
 _OPACITY = 232  # of 255

@@ -21,8 +21,7 @@ from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.plans import sets
 from caregiver_mj.plans.floor_plan import FloorPlan, house_names
 from caregiver_mj.viz import colours
-from caregiver_mj.viz.forecast import SOON
-from caregiver_mj.viz.moment import HudState
+from caregiver_mj.viz.moment import SOON, HudState
 from caregiver_mj.viz.viewers.session import KEYS, Session
 
 _SPEEDS = ("0.1", "0.25", "0.5", "1", "2", "5", "10", "20")

@@ -17,8 +17,7 @@ import mujoco.viewer
 from caregiver_mj.caregivers.registry import PERSON
 from caregiver_mj.errors import RenderingError
 from caregiver_mj.viz.cameras import draw_label, draw_tiles
-from caregiver_mj.viz.forecast import place_of
-from caregiver_mj.viz.moment import HudState
+from caregiver_mj.viz.moment import HudState, place_of
 from caregiver_mj.viz.viewers.session import KEYS, Session
 
 _PERIOD = 1 / 60  # seconds between looks
