@@ -56,7 +56,7 @@ class HouseRollout(Rollout):
         return getattr(self.policy, "caregiver", None)
 
     @property
-    def ledger(self) -> Ledger:  # type: ignore[override]  # the task's, anew in every episode
+    def ledger(self) -> Ledger:  # type: ignore[override]  # the task's, a new one in every episode
         return self.env.task.ledger
 
     @property

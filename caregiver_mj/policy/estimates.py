@@ -203,9 +203,9 @@ class CandleEstimates:
     def __init__(self, blur: Blur, robot: Embodiment, things: Sequence[Thing]):
         self._blur, self._arm, self._things = blur, arm_of(robot), things
         self._keeps = max(_KEPT[0] * blur.noise, _KEPT[1]) if blur.noise else 0.0
-        self._told: np.ndarray | None = None  # published positions, (candles, 3)
+        self._published: np.ndarray | None = None  # published positions, (candles, 3)
         self._held = NOTHING
-        self._in_hand = self._in_hand_told = np.zeros(3)  # offset of the held one from the pinch point, base frame
+        self._in_hand = self._in_hand_published = np.zeros(3)  # offset of the held one from the pinch point, base frame
 
     def update(
         self, positions: np.ndarray, orientations: np.ndarray, fingers: float, then: Posture, now: Posture
@@ -219,17 +219,17 @@ class CandleEstimates:
             then: The robot's posture at the time of the measurement.
             now: Its present posture.
         """
-        if self._told is None:
-            told = self._told = positions.copy()
+        if self._published is None:
+            published = self._published = positions.copy()
             self._begin(positions, orientations)
         else:
-            told = self._told
-            self._average(told, positions, orientations)
-        self._follow_hand(told, positions, fingers, then)
+            published = self._published
+            self._average(published, positions, orientations)
+        self._follow_hand(published, positions, fingers, then)
         self._seen = positions
-        places = told.copy()
+        places = published.copy()
         if self._held != NOTHING:
-            places[self._held] = self._to_house(self._in_hand_told, now)
+            places[self._held] = self._to_house(self._in_hand_published, now)
         return places, self._turned
 
     def _begin(self, positions: np.ndarray, orientations: np.ndarray) -> None:
@@ -237,7 +237,7 @@ class CandleEstimates:
         self._turned, self._latest_turned = orientations.copy(), orientations.copy()
         self._count = np.ones(len(positions))
 
-    def _average(self, told: np.ndarray, positions: np.ndarray, orientations: np.ndarray) -> None:
+    def _average(self, published: np.ndarray, positions: np.ndarray, orientations: np.ndarray) -> None:
         """Update the means of all candles, as if none were held."""
         blur = self._blur
         new = (positions != self._seen).any(axis=1) if blur.dropout else np.ones(len(positions), bool)
@@ -254,33 +254,33 @@ class CandleEstimates:
         self._mean = self._mean + share[:, None] * (positions - self._mean)
         self._turned = _mixed(self._turned, orientations, share if blur.turn_noise else np.where(new, 1.0, 0.0))
         self._mean[moved], self._turned[moved] = self._latest[moved], self._latest_turned[moved]
-        tell = moved | (np.linalg.norm(self._mean - told, axis=1) > self._keeps)
-        told[tell] = self._mean[tell]
+        tell = moved | (np.linalg.norm(self._mean - published, axis=1) > self._keeps)
+        published[tell] = self._mean[tell]
 
-    def _follow_hand(self, told: np.ndarray, positions: np.ndarray, fingers: float, then: Posture) -> None:
+    def _follow_hand(self, published: np.ndarray, positions: np.ndarray, fingers: float, then: Posture) -> None:
         """Update which candle is in the hand, and its offset there. Things that are not carried so are left out."""
         if not self._things:
             return
         if self._held != NOTHING and not is_round(self._things[self._held], fingers):
-            self._let_go(told, then)
+            self._let_go(published, then)
             return
         if self._held == NOTHING:
-            distances = np.linalg.norm(told - self._to_house(np.zeros(3), then), axis=1)
+            distances = np.linalg.norm(published - self._to_house(np.zeros(3), then), axis=1)
             nearest = int(distances.argmin())
             if is_round(self._things[nearest], fingers) and distances[nearest] < self._things[nearest].height:
                 self._held = nearest
-                self._in_hand = self._in_hand_told = self._to_hand(told[nearest], then)
+                self._in_hand = self._in_hand_published = self._to_hand(published[nearest], then)
         elif not (self._blur.dropout and np.array_equal(positions[self._held], self._seen[self._held])):
             off = self._to_hand(positions[self._held], then) - self._in_hand
             self._in_hand = self._in_hand + gain(self._blur.noise, _SLIPS) * off
-            if math.dist(self._in_hand, self._in_hand_told) > self._keeps:
-                self._in_hand_told = self._in_hand
+            if math.dist(self._in_hand, self._in_hand_published) > self._keeps:
+                self._in_hand_published = self._in_hand
 
-    def _let_go(self, told: np.ndarray, then: Posture) -> None:
+    def _let_go(self, published: np.ndarray, then: Posture) -> None:
         """Place the candle where the opened hand left it; other things nearby may have been touched."""
         here = self._to_house(self._in_hand, then)
-        near = np.linalg.norm(told - here, axis=1) < _NEAR
-        self._mean[self._held] = self._latest[self._held] = told[self._held] = here
+        near = np.linalg.norm(published - here, axis=1) < _NEAR
+        self._mean[self._held] = self._latest[self._held] = published[self._held] = here
         near[self._held] = True
         self._count[near] = np.minimum(self._count[near], _AFTER_TOUCH)
         self._held = NOTHING

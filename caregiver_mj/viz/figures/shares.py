@@ -34,7 +34,7 @@ from caregiver_mj.viz.figures.style import (
 )
 
 if TYPE_CHECKING:
-    import pandas as pd  # only what is handed in is one
+    import pandas as pd  # for annotations only
 
 
 _SERIES = ((colours.ROBOT, "o"), (colours.BIN, "s"), (colours.STAIRWELL, "^"), (colours.CANDLE, "v"))

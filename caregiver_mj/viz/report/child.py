@@ -45,8 +45,8 @@ def _toys_verdicts(run: Run) -> str:
     for family in run.families:
         verdict = run.compared(run.caregiver, "none", family)["toys_reached_not_inferior"]
         with_whom.setdefault(verdict, []).append(family_name(family))
-    told = "; ".join(f"{verdict} with {', '.join(names)}" for verdict, names in with_whom.items())
-    return f"with {run.caregiver} and a margin of {100 * MARGIN:g} %, stated beforehand: {told}"
+    verdicts = "; ".join(f"{verdict} with {', '.join(names)}" for verdict, names in with_whom.items())
+    return f"with {run.caregiver} and a margin of {100 * MARGIN:g} %, stated beforehand: {verdicts}"
 
 
 def child_table(run: Run) -> Table:
@@ -110,5 +110,12 @@ def published_stop() -> dict[str, str]:
     stopped = 1 - timesteps / EPISODE_TIMESTEPS  # at least: unstopped episodes count as all timesteps
     least, most = DAMAGE_THRESHOLD + 1, DAMAGE_THRESHOLD + DamageWeights().worst
     bound = math.floor(100 * stopped * least / most) / 100
-    told = {"timesteps": f"{timesteps:.0f}", "stopped": f"{100 * stopped:.0f}", "bound": f"{bound:.2f}"}
-    return told | {"all": f"{EPISODE_TIMESTEPS}", "least": f"{least:g}", "most": f"{most:g}", "damage": f"{damage:.2f}"}
+    return {
+        "timesteps": f"{timesteps:.0f}",
+        "stopped": f"{100 * stopped:.0f}",
+        "bound": f"{bound:.2f}",
+        "all": f"{EPISODE_TIMESTEPS}",
+        "least": f"{least:g}",
+        "most": f"{most:g}",
+        "damage": f"{damage:.2f}",
+    }

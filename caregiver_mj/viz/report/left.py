@@ -137,13 +137,13 @@ def verdicts(run: Run) -> list[tuple[bool, str]]:
     found = []
     for baseline in run.baselines:
         rows = [(f, row) for f in run.families if (row := run.comparison(run.caregiver, baseline, f)) is not None]
-        told: dict[str, list[str]] = {finding: [] for finding in _FINDINGS}
+        with_whom: dict[str, list[str]] = {finding: [] for finding in _FINDINGS}
         for family, row in rows:
             finding = _finding(row)
-            told[finding].append(_told(family, row) if _FINDINGS[finding][1] else family_name(family))
-        if len(told["less"]) == len(rows):
-            told["less"] = [f"every {run.nouns['group']}"]
-        parts = [f"{_FINDINGS[finding][0]} with {', '.join(which)}" for finding, which in told.items() if which]
+            with_whom[finding].append(_with_numbers(family, row) if _FINDINGS[finding][1] else family_name(family))
+        if len(with_whom["less"]) == len(rows):
+            with_whom["less"] = [f"every {run.nouns['group']}"]
+        parts = [f"{_FINDINGS[finding][0]} with {', '.join(which)}" for finding, which in with_whom.items() if which]
         found.append((all(_finding(row) == "less" for _, row in rows), f"Against {baseline}: {'; '.join(parts)}."))
     return found if run.caregiver in RULE else []  # the summary compares only these with baselines
 
@@ -158,7 +158,7 @@ def _finding(row: dict[str, Any]) -> str:
     return "equivalent" if equivalent else "none"
 
 
-def _told(family: str, row: dict[str, Any]) -> str:
+def _with_numbers(family: str, row: dict[str, Any]) -> str:
     difference = with_interval(row, "damage_difference_mean", 2, sign="+")
     return f"{family_name(family)} (difference {difference}, ratio {with_interval(row, 'damage_left', 2)})"
 

@@ -47,7 +47,7 @@ class Panel:
         self._readout = self._gui.add_html("")
         self._add_targets()
         self._add_form()
-        self._told = self._gui.add_html("")
+        self._message = self._gui.add_html("")
         self._same = self._gui.add_html("")
 
     @property
@@ -75,7 +75,7 @@ class Panel:
         """Show a message below the form; an error stays until the next episode."""
         if wrong or not self._wrong:
             colour = "color:#c92a2a;" if wrong else ""
-            self._told.content = f'<div class="told" style="{colour}{_NOTE}">{html.escape(text)}</div>'
+            self._message.content = f'<div class="told" style="{colour}{_NOTE}">{html.escape(text)}</div>'
             self._wrong = wrong
 
     def fill_in(self) -> None:
