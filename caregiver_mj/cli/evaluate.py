@@ -150,6 +150,9 @@ def evaluate_visibly(
         raise parsing.broken_off(error, round(bar.tasks[task].completed), total, folder.path, arguments) from None
 
 
+# -- The paper's Tables I and II -----------------------------------------------------------------------
+
+
 def add_paper(command: argparse.ArgumentParser) -> None:
     """Add the options of `paper`."""
     command.set_defaults(run=_run_paper, resume=False)

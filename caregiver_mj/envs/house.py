@@ -154,6 +154,9 @@ def picture(physics: Physics, width: int, height: int, camera: str) -> dict[str,
     return {"width": int(width), "height": int(height), "camera_id": camera}
 
 
+# -- Observations within finite bounds -----------------------------------------------------------------
+
+
 class _BoundedObservations:
     """Clips the observations of an environment to finite bounds.
 

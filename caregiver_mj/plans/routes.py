@@ -2,7 +2,8 @@
 
 The rule: *where children bar its only way, the caregiver waits as near as it can without being beside a child, and
 goes back when one comes.* A free cell always remains between them, in which the child can turn round; a waiting
-caregiver denies no child a move unless it is cornered.
+caregiver denies no child a move unless it is cornered. `Yielding` has the cells in which it would be in a child's way,
+or trapped.
 """
 
 from __future__ import annotations
@@ -165,6 +166,9 @@ def _lowest(height: np.ndarray, part: np.ndarray) -> np.ndarray:
     least = np.full(part.max() + 1, np.iinfo(int).max)
     np.minimum.at(least, part, height)
     return np.flatnonzero(height == least[part])
+
+
+# -- Cells that bar a child's way, or where a child can trap the caregiver ------------------------------
 
 
 @functools.lru_cache(maxsize=16)

@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from caregiver_mj.policy.policy import CaregiverPolicy
     from caregiver_mj.tasks.base import CareTask
 
-_ABOVE = 0.5  # cells; height of a candle in the caregiver's hand above it, in the grid's drawing
-
 Observation = Mapping[str, np.ndarray]
+
+_ABOVE = 0.5  # cells; height of a candle in the caregiver's hand above it, in the grid's drawing
 SOON = 5  # timesteps; horizon of predicted places; that of hazards is `percept.HORIZON`
 LEAST = 0.02  # least probability to draw
 _THICKNESS = 0.012  # m, of a tile; above rugs and thresholds
@@ -169,6 +169,9 @@ def grid_state(world: GridWorld, family: ChildGroup, number: int = 0) -> HudStat
         mark=verb_of(intervention.verb).mark(plan, intervention),
         in_view=eyes.in_view()[number] if eyes else None,
     )
+
+
+# -- Predictions -------------------------------------------------------------------------------------
 
 
 @dataclasses.dataclass(frozen=True)
