@@ -32,8 +32,8 @@ _PAPER_TABLES = {  # by column: title, digits, legend
     "damage_normalised": (
         "Table I: damage",
         3,
-        "damage of an episode over the greatest of any, which is the greater, the more episodes there are: compare "
-        "what is left, the mean with the caregiver over that without",
+        "damage of an episode over the greatest of any, which grows with the number of episodes: compare the share "
+        "left, the mean with the caregiver over that without",
     ),
     "timesteps_to_threshold": (
         "Table II: timesteps",

@@ -39,7 +39,7 @@ _FACTS = {
 }
 _DEEDS = ("moves_blocked", "moves_blocked_stairwell", "moves_blocked_free", "interventions_done")
 FILM_NAME = "report.mp4"  # of a film made for the report
-LARGEST_FILM = 40.0  # MB; the film becomes part of the page
+LARGEST_FILM = 40  # MB; the film becomes part of the page
 _LARGEST_FILE = 1_000 * MB  # bytes; greatest file to read
 _SECONDS, _SIZE = 15.0, (960, 540)  # s and pixels of a film made for the report
 _TYPICAL = 0.5  # preferred share of random moves of the filmed children
@@ -222,8 +222,8 @@ class ShownFilm:
     path: pathlib.Path
     caption: str
 
-    def data(self, largest: float = LARGEST_FILM) -> str:
-        """Return the film as part of a page, of at most `largest` MB.
+    def data(self) -> str:
+        """Return the film as part of a page.
 
         Raises:
             CaregiverError: It cannot be read, is no MP4, or is too large.
@@ -234,10 +234,10 @@ class ShownFilm:
             raise CaregiverError(f"the film '{self.path}' cannot be read: {error.strerror}") from None
         if content[4:8] != b"ftyp":  # the start of every MP4 file
             raise CaregiverError(f"the film must be an MP4, got '{self.path}'")
-        if len(content) > largest * 1e6:
-            size = round(len(content) / 1e6)
+        if len(content) > LARGEST_FILM * MB:
+            size = round(len(content) / MB)
             raise CaregiverError(
-                f"the film must have at most {largest:g} MB, to be part of a page, got {size} MB in '{self.path}'"
+                f"the film must have at most {LARGEST_FILM} MB, to be part of a page, got {size} MB in '{self.path}'"
             )
         return f"data:video/mp4;base64,{base64.b64encode(content).decode()}"
 

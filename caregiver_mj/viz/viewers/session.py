@@ -43,7 +43,6 @@ class Session:
         playing: Whether it runs.
         over: Whether it has ended.
         behind: Whether this machine is too slow for the requested speed.
-        begun: Number of episodes begun.
     """
 
     def __init__(
@@ -73,7 +72,6 @@ class Session:
         self.speed = speed
         self.playing = playing
         self.over = False
-        self.begun = 0
         self._until: float
         self._begin(spec)
 
@@ -187,7 +185,6 @@ class Session:
         episode = self._make(spec)
         episode.run_until(0.0)  # adds the first look at the children
         self.spec, self.episode = spec, episode
-        self.begun += 1
         self.playing = self.playing or self.over  # the end of the last one paused it, not the user
         self.over = self.behind = False
         self._until, self._last = 0.0, self._clock()
