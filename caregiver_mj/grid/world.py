@@ -34,8 +34,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan, check_house
 from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, State, Where
 from caregiver_mj.plans.routes import STAY, routes
 from caregiver_mj.plans.visibility import Sight
-from caregiver_mj.recording.ledger import Ledger
-from caregiver_mj.recording.rollout import Rollout
+from caregiver_mj.recording.ledger import Ledger, Rollout
 
 CAREGIVER_ACTIONS = int(PAPER.cells)  # in a novice timestep
 
