@@ -6,7 +6,7 @@ import base64
 import dataclasses
 import os
 import pathlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import jinja2
@@ -39,8 +39,7 @@ _FACTS = {
 }
 _DEEDS = ("moves_blocked", "moves_blocked_stairwell", "moves_blocked_free", "interventions_done")
 FILM_NAME = "report.mp4"  # of a film made for the report
-LARGEST_FILM = 40  # MB; the film becomes part of the page
-_LARGEST_FILE = 1_000 * MB  # bytes; greatest file to read
+LARGEST_FILM = 40 * MB  # bytes; the film becomes part of the page
 _SECONDS, _SIZE = 15.0, (960, 540)  # s and pixels of a film made for the report
 _TYPICAL = 0.5  # preferred share of random moves of the filmed children
 
@@ -81,11 +80,11 @@ def write_report(
         )
     runs = sorted(given, key=lambda run: run.rank)
     if render:
-        shown: ShownFilm | None = make_film(runs, folders[0], trust=trust)
+        films: Iterable[tuple[pathlib.Path, str]] = [make_film(runs, folders[0], trust=trust)]
     else:
         there = (path for folder in folders for path in sorted(pathlib.Path(folder).glob("*.mp4")))
-        shown = next((ShownFilm(path, path.name) for path in ([pathlib.Path(film)] if film else there)), None)
-    on_page = None if shown is None else {"name": shown.caption, "data": shown.data()}
+        films = ((path, path.name) for path in ([pathlib.Path(film)] if film else there))
+    on_page = next(({"name": caption, "data": _film_data(path)} for path, caption in films), None)
     sections, beside = [section(run) for run in runs], side_by_side(runs)
     several, cited = (any(part[what] for part in sections) for what in ("several", "cited"))
     environment = _environment()
@@ -215,35 +214,19 @@ def nearest_is_the_rule(run: Run) -> bool:
 # -- The film ----------------------------------------------------------------------------------------
 
 
-@dataclasses.dataclass(frozen=True)
-class ShownFilm:
-    """A film with its caption."""
-
-    path: pathlib.Path
-    caption: str
-
-    def data(self) -> str:
-        """Return the film as part of a page.
-
-        Raises:
-            CaregiverError: It cannot be read, is no MP4, or is too large.
-        """
-        try:
-            content = read_file(self.path, _LARGEST_FILE)
-        except OSError as error:
-            raise CaregiverError(f"the film '{self.path}' cannot be read: {error.strerror}") from None
-        if content[4:8] != b"ftyp":  # the start of every MP4 file
-            raise CaregiverError(f"the film must be an MP4, got '{self.path}'")
-        if len(content) > LARGEST_FILM * MB:
-            size = round(len(content) / MB)
-            raise CaregiverError(
-                f"the film must have at most {LARGEST_FILM} MB, to be part of a page, got {size} MB in '{self.path}'"
-            )
-        return f"data:video/mp4;base64,{base64.b64encode(content).decode()}"
+def _film_data(path: pathlib.Path) -> str:
+    """Return a film as part of a page; raise CaregiverError if it cannot be read, is no MP4, or is too large."""
+    try:
+        content = read_file(path, LARGEST_FILM)
+    except OSError as error:
+        raise CaregiverError(f"the film '{path}' cannot be part of the page: {error.strerror}") from None
+    if content[4:8] != b"ftyp":  # the start of every MP4 file
+        raise CaregiverError(f"the film must be an MP4, got '{path}'")
+    return f"data:video/mp4;base64,{base64.b64encode(content).decode()}"
 
 
-def make_film(runs: Sequence[Run], folder: str | os.PathLike[str], *, trust: bool = False) -> ShownFilm:
-    """Film the first episode of one of a report's runs into a folder.
+def make_film(runs: Sequence[Run], folder: str | os.PathLike[str], *, trust: bool = False) -> tuple[pathlib.Path, str]:
+    """Film the first episode of one of a report's runs into a folder; return the film's path and caption.
 
     Raises:
         CaregiverError: Its caregiver, children or robot are neither the package's nor installed, without `trust`.
@@ -268,4 +251,4 @@ def make_film(runs: Sequence[Run], folder: str | os.PathLike[str], *, trust: boo
     spec = run.settings.spec(run.settings.plans[0], ChildGroup.named(family), run.caregiver)
     film.render_episode(path, spec, seconds=_SECONDS, picture=film.Picture(*_SIZE))
     whose = "of the run" if run.settings.world == "house" else "with the children of the run in the grid"
-    return ShownFilm(path, f"Episode 0 {whose}, {family_name(family)}, caregiver {run.caregiver}")
+    return path, f"Episode 0 {whose}, {family_name(family)}, caregiver {run.caregiver}"
