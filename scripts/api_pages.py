@@ -30,7 +30,7 @@ ROOMS = {
     "interventions": ("Interventions", "interventions.verb grid.verbs policy.routines"),
     "plans": ("Floor plans", "plans.floor_plan plans.hazards plans.cell_graph plans.generator plans.sets"),
     "worlds": ("The two worlds", "grid.world tasks.base recording.ledger recording.record"),
-    "envs": ("Gymnasium", "envs.house envs.targets envs.target_grid envs.houses_vector envs.film"),
+    "envs": ("Gymnasium", "envs.house envs.targets envs.target_grid envs.houses_vector"),
     "robot": ("The robot", "robot.embodiment robot.embodiments robot.limits robot.skills.skill robot.status"),
     "experiments": (
         "Experiments",

@@ -11,8 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 from dm_env import specs
 
-from caregiver_mj.caregivers.caregiver import Caregiver, starting_tables
-from caregiver_mj.caregivers.privileged import Truth
+from caregiver_mj.caregivers.caregiver import Caregiver, Truth, starting_tables
 from caregiver_mj.children.child_group import ChildGroup, ChildrenLike
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS, Random, RandomStream, random_state, start_cells
 from caregiver_mj.children.walk import WALKING_SPEED, novice_timestep
@@ -47,7 +46,7 @@ class Observed:
     shape: str  #: shape in words, such as "(candles, 3)"
     unit: str  #: units
     meaning: str  #: meaning, for the documentation
-    within: str = ""  #: name of its bounds in `envs.bounds`; empty for wide ones
+    within: str = ""  #: name of its bounds in `envs.house`; empty for wide ones
     asked: bool = False  #: whether it is only observed on request, or if the house has such things
 
 

@@ -30,7 +30,7 @@ def test_the_papers_tables_beside_ours(capsys):
     assert damage["1", "left"]["here"] == pytest.approx(damage["1", "with"]["here"] / damage["1", "without"]["here"])
     printed = [line.split() for line in err.splitlines()]  # the tables beside it
     assert [line[-2] for line in printed if line[:2] == ["0.5", "with"]] == ["0.111", "171.5"]
-    assert "It was chosen, of many plans, for coming closest" in err
+    assert "It is the one of many plans that came closest" in err
 
 
 def test_a_wrong_number_of_episodes(capsys):

@@ -94,7 +94,7 @@ def unpacked(text: str) -> dict[str, np.ndarray]:
             if len({member.filename for member in members} & _NAMES) < len(members):
                 raise ValueError(f"they must be arrays called {', '.join(sorted(_NAMES))}, each at most once")
             if any(member.compress_type not in _PACKED for member in members):
-                raise ValueError("they must be packed by deflation, which tells what it comes to")
+                raise ValueError("they must be stored or packed by deflation")
             if (size := sum(member.file_size for member in members)) > LARGEST_ARRAYS:
                 raise ValueError(f"they must come to at most {LARGEST_ARRAYS:,} bytes, got {size:,}")
             return {member.filename.removesuffix(_SUFFIX): _array(file.read(member)) for member in members}

@@ -7,7 +7,8 @@ the grid can run thousands of episodes at once; the house is a batch of one.
 from __future__ import annotations
 
 import abc
-from collections.abc import Sequence
+import dataclasses
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -245,3 +246,30 @@ def starting_tables(plan: FloorPlan, caregiver: Caregiver | None, batch: int = 1
     if ((tables < 0) | (tables > last)).any() or (np.diff(np.sort(tables, axis=1), axis=1) == 0).any():
         raise CaregiverError(f"{who} must give each candle its own table, 0 to {last}, got {tables}")
     return tables
+
+
+@dataclasses.dataclass(frozen=True)
+class Future:
+    """The children's next T moves if nobody stands in their way."""
+
+    cell: np.ndarray  # cells after each move, (T, B, K)
+    # object that each move bumps into: stairwells first, then tables, or NOTHING, (T, B, K)
+    object: np.ndarray
+
+
+@dataclasses.dataclass(frozen=True)
+class Truth:
+    """The hidden state of the children."""
+
+    goal: np.ndarray  # index of each child's toy bin, (B, K)
+    epsilon: np.ndarray  # share of random moves of each child, (B, K)
+    # computes the rest of the episode; None in a world that cannot
+    future: Callable[[], Future] | None = None
+
+
+class PrivilegedCaregiver(abc.ABC):
+    """A caregiver that receives the truth, which bypasses the percept: an upper bound for the others."""
+
+    @abc.abstractmethod
+    def hear(self, truth: Truth) -> None:
+        """Receive the truth after the children's last moves: once a timestep, after `watch`."""

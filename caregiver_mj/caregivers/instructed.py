@@ -9,8 +9,7 @@ import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver, check_numbers
 from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.caregivers.target_map import Places, Slots
-from caregiver_mj.caregivers.target_observation import Encoder, Observations
+from caregiver_mj.caregivers.target_observation import Encoder, Observations, Places, Slots
 from caregiver_mj.interventions.verb import RELOCATE, Intervention
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, Where

@@ -34,7 +34,7 @@ _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)  # errors of writin
 # the given command is imported, because that takes up to a second.
 _COMMANDS = {
     "evaluate": ("evaluate", "run caregivers with children and print the table"),
-    "paper": ("paper", "print the paper's Tables I and II beside ours, in half a minute"),
+    "paper": ("evaluate", "print the paper's Tables I and II beside ours, in half a minute"),
     "render": ("view", "film an episode in the physical house"),
     "view": ("view", "watch an episode in the physical house while it runs"),
     "report": ("runs", "write a page about finished runs: tables, figures, maps, film"),

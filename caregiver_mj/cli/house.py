@@ -44,7 +44,7 @@ def add_house(house: argparse.ArgumentParser) -> None:
         command = plans.add_parser(name, help=text, description=text)
         command.set_defaults(run=run)
         command.add_argument("house", metavar="NAME|FILE", help=parsing.houses())
-    text = "make a house and print its floor plan; what is not given is drawn from the seed"
+    text = "make a house and print its floor plan; other options are drawn from the seed"
     command = plans.add_parser("make", help=text, description=text)
     command.set_defaults(run=_make)
     parsing.add_seed(command)

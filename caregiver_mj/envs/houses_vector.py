@@ -11,8 +11,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
-from caregiver_mj.caregivers.target_map import places_needed
-from caregiver_mj.caregivers.target_observation import Observations
+from caregiver_mj.caregivers.target_observation import Observations, places_needed
 from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.children.child_group import ChildGroup, ChildrenLike, ChildSpec, side_by_side
 from caregiver_mj.envs.spaces import Seed, plain_seed

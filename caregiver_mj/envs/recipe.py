@@ -20,8 +20,7 @@ from gymnasium import spaces
 from gymnasium.envs.registration import EnvSpec
 
 from caregiver_mj.caregivers.answers import ReplayedPolicy, replayed
-from caregiver_mj.caregivers.caregiver import Caregiver
-from caregiver_mj.caregivers.privileged import PrivilegedCaregiver
+from caregiver_mj.caregivers.caregiver import Caregiver, PrivilegedCaregiver
 from caregiver_mj.caregivers.registry import find_caregiver, is_caregiver, make_caregiver, needs_pictures
 from caregiver_mj.caregivers.server import Queries
 from caregiver_mj.children.random_stream import RandomStream
@@ -34,7 +33,7 @@ from caregiver_mj.experiments.spec import EpisodeSpec, plan_of_record, record_of
 from caregiver_mj.house.rendering import control, mujoco
 from caregiver_mj.plans.hazards import NOTHING, DamageWeights
 from caregiver_mj.policy.own import make_policy
-from caregiver_mj.recording.rollout import Rollout
+from caregiver_mj.recording.ledger import Rollout
 from caregiver_mj.recording.steps import RANDOM, TARGETS, About, Steps, frames_file, new_episode
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.tasks import TASKS

@@ -70,8 +70,7 @@ def check_render_mode(mode: str | None) -> None:
     """Raise CaregiverError unless it is "rgb_array" or None."""
     if mode == "human":
         raise CaregiverError(
-            "no render mode 'human', which needs a window: take rgb_array, and caregiver_mj.envs.film.RecordFilm "
-            "for a film; `caregiver-mj view` opens a window"
+            "no render mode 'human', which needs a window: take rgb_array; `caregiver-mj view` opens a window"
         )
     if mode not in (None, "rgb_array"):
         raise CaregiverError(f"no render mode '{mode}': there is rgb_array")

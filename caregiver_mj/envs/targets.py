@@ -18,7 +18,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.spec import WORLDS
 from caregiver_mj.plans.floor_plan import FloorPlan
 
-OVERVIEW = "overview"  # the camera, unless another one is asked for
+OVERVIEW = "overview"  # default camera
 _FRAME_RATE = 5  # novice timesteps per second of film, some eight times real time
 
 

@@ -1,1 +1,1 @@
-"""Runs of many episodes, and what they show."""
+"""Runs of many episodes, with statistics, verdicts and submissions."""

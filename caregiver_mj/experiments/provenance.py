@@ -83,7 +83,7 @@ def origin(found: Any) -> str:
         raise CaregiverError(
             f"'{error.filename}', which '{name}' depends on, cannot be read: {error.strerror}"
         ) from None
-    installed = _distributions().get(root)  # with what it was
+    installed = _distributions().get(root)  # by top-level module
     where = f"{installed[0]} {importlib.metadata.version(installed[0])}" if installed else path.name
     return f"{where}, sha256 {digest.hexdigest()[:_DIGITS]}"
 

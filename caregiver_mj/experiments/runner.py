@@ -19,11 +19,10 @@ from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.spec import BARE_TABLES, EpisodeSpec, episode_random, episode_streams
 from caregiver_mj.grid.world import BareTablesWorld, GridWorld
-from caregiver_mj.recording.rollout import Rollout
+from caregiver_mj.recording.ledger import Ledger, Rollout
 
 if TYPE_CHECKING:
     from caregiver_mj.caregivers.caregiver import Caregiver
-    from caregiver_mj.recording.ledger import Ledger
 
 Observer = Callable[[Any], None]  # of a `Rollout`
 # Fields that must be equal in a batch.
@@ -56,7 +55,7 @@ class HouseRollout(Rollout):
         return getattr(self.policy, "caregiver", None)
 
     @property
-    def ledger(self) -> Ledger:  # type: ignore[override]  # the task's, anew in every episode
+    def ledger(self) -> Ledger:  # type: ignore[override]  # the task's, a new one in every episode
         return self.env.task.ledger
 
     @property

@@ -50,7 +50,7 @@ class Settings(Conditions):
     #: the children; each may be given as `ChildGroup.of` takes it, such as by an epsilon
     families: tuple[ChildGroup, ...] = tuple(map(ChildGroup.of, EPSILONS))
     episodes: int = 20  #: episodes for each caregiver and family
-    seed: int = 0  #: seed of the episodes, and of what is random in the caregivers
+    seed: int = 0  #: seed of the episodes and of random caregivers
     #: name of the set of houses, such as "test-100"; "" if they are listed by name
     houses: str = dataclasses.field(default="", kw_only=True)
 

@@ -210,7 +210,7 @@ class EpisodeSpec(Conditions):
         )
 
     def record(self) -> dict[str, Any]:
-        """Return it as JSON, the inverse of `of_record`.
+        """Return it as JSON.
 
         Raises:
             CaregiverError: A child has no name.
@@ -228,27 +228,6 @@ class EpisodeSpec(Conditions):
             "embodiment": self.embodiment,
             **self.shared_record(),
         }
-
-    @classmethod
-    def of_record(cls, record: Mapping[str, Any]) -> EpisodeSpec:
-        """Return the episode of a `record`, which may be a stranger's: names of code are not imported.
-
-        Raises:
-            CaregiverError: It is invalid.
-            KeyError: Something is missing.
-        """
-        for name in ("world", "family", "caregiver", "damage"):
-            check_kind(name, record[name], str)
-        cls.check_world(record["world"])
-        check_integer("seed", record["seed"], 0)
-        if record["episode"] is not None:
-            check_integer("episode", record["episode"], 0)
-        return cls(
-            plan_of_record(record["plan"], DamageWeights.of(record["damage"])),
-            ChildGroup.named(record["family"]),
-            **{name: record[name] for name in ("caregiver", "episode", "world", "seed")},
-            **cls.of_shared_record(record),
-        )
 
     def digest(self) -> str:
         """Return the SHA-256 of all that its row depends on."""

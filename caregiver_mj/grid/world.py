@@ -19,9 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from caregiver_mj.caregivers.caregiver import Caregiver, answer, starting_tables
+from caregiver_mj.caregivers.caregiver import Caregiver, Future, PrivilegedCaregiver, Truth, answer, starting_tables
 from caregiver_mj.caregivers.percept import PAPER, Pace, Percept
-from caregiver_mj.caregivers.privileged import Future, PrivilegedCaregiver, Truth
 from caregiver_mj.children.behaviour import ChildPercept
 from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.children.random_stream import Random, RandomStream, start_cells
@@ -35,8 +34,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan, check_house
 from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, State, Where
 from caregiver_mj.plans.routes import STAY, routes
 from caregiver_mj.plans.visibility import Sight
-from caregiver_mj.recording.ledger import Ledger
-from caregiver_mj.recording.rollout import Rollout
+from caregiver_mj.recording.ledger import Ledger, Rollout
 
 CAREGIVER_ACTIONS = int(PAPER.cells)  # in a novice timestep
 

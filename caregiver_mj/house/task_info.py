@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from caregiver_mj.caregivers.privileged import Truth
+from caregiver_mj.caregivers.caregiver import Truth
 from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.house.sensing import Sensing
 from caregiver_mj.interventions.verb import Intervention

@@ -19,7 +19,7 @@ from caregiver_mj.plans.hazards import BATTERY, GATE, MUG
 from caregiver_mj.plans.layout import Layout
 from caregiver_mj.plans.request import Request, draw, pick
 from caregiver_mj.plans.rooms import Room, Shell, build_shell
-from caregiver_mj.plans.yielding import yielding
+from caregiver_mj.plans.routes import yielding
 
 _TRIES = (3, 60)  # least and greatest number of tries; larger houses get fewer
 _TRIED_CELLS = 30_000  # within outer walls, in all tries together

@@ -113,7 +113,7 @@ class Stretch(NamedTuple):
     cells: tuple[Cell, ...]  # the wall's cells, side by side
 
     def split(self, length: int, random: np.random.Generator) -> tuple[Stretch, Stretch, Stretch]:
-        """Return so many cells of it, drawn at random, between what is before and what is after them."""
+        """Return the parts before, in and after a random stretch of `length` cells."""
         begin = int(random.integers(len(self.cells) - length + 1))
         ends = 0, begin, begin + length, len(self.cells)
         before, taken, after = (self._replace(cells=self.cells[i:k]) for i, k in itertools.pairwise(ends))

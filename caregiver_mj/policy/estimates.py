@@ -1,7 +1,7 @@
-"""What is there now, by what is observed: late, with errors and gaps, as the sensing says.
+"""Estimates of the present state from observations with delay, errors and gaps, as `Sensing` describes them.
 
-Where observations are exact they are taken as they are. Else what the robot does itself is known from its references,
-a candle that nobody touches is known not to move, one in the hand to move with it, and children to go on as they do.
+Exact observations pass unchanged. Otherwise the estimates assume that the robot follows its references, that an
+untouched candle does not move, that one in the hand moves with it, and that children keep their velocity.
 """
 
 from __future__ import annotations
@@ -22,31 +22,31 @@ from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.kinematics import arm_of, is_round
 from caregiver_mj.robot.motion import RobotMotion
 
-_SIGMAS = 2.0  # of errors that count
-_SIGMAS_BESIDE = 2.5  # of errors for which there is room beside a candle in the open hand
+_SIGMAS = 2.0  # of errors to allow for
+_SIGMAS_BESIDE = 2.5  # of errors that the room beside a candle in the open hand must allow for
 Observation = dict[str, np.ndarray]
 Posture = tuple[np.ndarray, np.ndarray]  # pose of the base (3,), joint positions (joints,)
-_JUMP = 0.05  # metres that a reference moves within a control timestep only if it is set anew
-_STEADY = 0.002, 0.004  # metres and radians: as far as the base gets off its reference between control timesteps
-_SLOWEST = 0.08  # share of a new measurement that counts at least
-_UNSTEADY = 0.005  # metres by which a child is elsewhere than foreseen, one control timestep later
-_STARTS = 0.05  # m/s by which its velocity changes meanwhile
-_LOST = 0.3  # metres off what is expected beyond which an estimate begins anew
-_MOST = 50  # sightings that count of a candle that stands
-_AFTER_TOUCH = 3  # and what was known counts as so many, once it has been touched
-_LATEST = 0.25  # share that a sighting counts in the latest ones, which tell whether it has been moved
-_MOVED, _MOVED_SIGMAS = 0.004, 1.8  # metres, and sigmas of a sighting, between the latest ones and the rest
-_TILTED, _TILTED_SIGMAS = 0.1, 3.0  # radians, and sigmas, likewise
-_SLIPS = 0.001  # metres that a candle slips in the hand within a control timestep
+_JUMP = 0.05  # m; a reference that moves farther in a control step was set anew
+_STEADY = 0.002, 0.004  # m, rad; deviation of the base from its reference that arises in a control step
+_SLOWEST = 0.08  # least weight of a new measurement
+_UNSTEADY = 0.005  # m; error of the predicted place of a child after a control step
+_STARTS = 0.05  # m/s; change of its velocity in a control step
+_LOST = 0.3  # m; error of a prediction beyond which the estimate restarts at the measurement
+_MOST = 50  # sightings in the mean of a candle at rest
+_AFTER_TOUCH = 3  # sightings that the mean counts as after a touch
+_LATEST = 0.25  # weight of a sighting in the fast mean, which detects that a candle was moved
+_MOVED, _MOVED_SIGMAS = 0.004, 1.8  # m, and sigmas of a sighting; greatest distance of both means at rest
+_TILTED, _TILTED_SIGMAS = 0.1, 3.0  # rad, and sigmas; greatest angle between them
+_SLIPS = 0.001  # m; slip of a candle in the hand in a control step
 _KEPT = 0.3, 0.002  # sigmas, and metres; minimum change of an estimate that is published
-_NEAR = 0.25  # metres about the hand in which it may have touched something
+_NEAR = 0.25  # m; distance from the hand within which it may have touched a thing
 
 
 def hand_error(sensing: Sensing, robot: Embodiment, things: Sequence[Thing]) -> float:
-    """Return by how much the hand may be off what it takes, one sigma along each axis, metres; 0 if that is exact.
+    """Return the error of the hand relative to the thing to grasp, one sigma along each axis, m; 0 if sensing is exact.
 
     Raises:
-        CaregiverError: It is too much to take a candle in the hand.
+        CaregiverError: The error is too large to grasp a candle.
     """
     candle, base = sensing.candle, sensing.base
     turn = robot.postures.reach * math.hypot(base.turn_bias, _error(base.turn_noise, _STEADY[1]))
@@ -55,14 +55,14 @@ def hand_error(sensing: Sensing, robot: Embodiment, things: Sequence[Thing]) -> 
     most = room / _SIGMAS_BESIDE
     if error > most:
         raise CaregiverError(
-            f"sensing must show {robot.name} a candle within {1e3 * most:.1f} mm (one sigma) of where it is "
-            f"beside the hand, got {1e3 * error:.1f} mm"
+            f"sensing must show {robot.name} a candle within {1e3 * most:.1f} mm (one sigma) of its place beside the "
+            f"hand, got {1e3 * error:.1f} mm"
         )
     return error
 
 
 class Senses:
-    """Estimates, from observation to observation, in one episode after the other."""
+    """Estimates of everything that the robot observes."""
 
     def __init__(self, sensing: Sensing, robot: RobotMotion, control_timestep: float, things: Sequence[Thing]):
         self._sensing, self._robot, self._timestep, self._things = sensing, robot, control_timestep, things
@@ -70,21 +70,21 @@ class Senses:
 
     @property
     def age(self) -> float:
-        """Seconds by which observations are late."""
+        """Delay of observations, s."""
         return self._steps * self._timestep
 
     @property
     def unsure(self) -> float:
-        """Metres by which a child may be nearer to the robot than it seems; 0 if observations are exact."""
+        """Distance by which a child may be nearer to the robot than estimated, m; 0 if observations are exact."""
         child, base = self._sensing.child, self._sensing.base
-        # A child may have stopped, or turned, since then.
+        # A child may have stopped, or turned, during the delay.
         late = self.age + sum(self._timestep * blur.dropout / (1.0 - blur.dropout) for blur in (child, base))
         lasting = math.hypot(child.bias, base.bias)
         white = _error(child.noise, _UNSTEADY), _error(base.noise, _STEADY[0])
         return late * BUMP_SPEED + _SIGMAS * math.hypot(lasting, *white)
 
     def reset(self) -> None:
-        """Begin an episode, when the robot's references have begun it."""
+        """Begin an episode, after the reset of the robot's references."""
         if self._exact:
             return
         self._self = SelfEstimate(self._sensing.base, self._robot, self._steps)
@@ -94,7 +94,7 @@ class Senses:
         self._children = ChildEstimates(self._sensing.child, self._timestep, self.age)
 
     def now(self, observation: Observation) -> Observation:
-        """Return what an observation would be if it were exact and of this moment, as well as that is known."""
+        """Return the estimate of the present, exact observation."""
         if self._exact:
             return observation
         then, now = self._self.update(observation["base_position"], observation["arm_position"])
@@ -116,45 +116,45 @@ class Senses:
 
 
 def gain(noise: float, change: float) -> float:
-    """Return the gain for a measurement with so large a white error, of what changes by so much in between."""
+    """Return the gain of a filter, by the white error of a measurement and the change between two of them, one unit."""
     return max(_SLOWEST, change / (change + noise))
 
 
 def _error(noise: float, change: float) -> float:
-    """What is left of a white error, one sigma, in an estimate of what changes by so much between measurements."""
+    """Return the white error, one sigma, that such a filter leaves in its estimate."""
     share = gain(noise, change)
     return noise * math.sqrt(share / (2.0 - share))
 
 
 def base_jumps(blur: Blur) -> float:
-    """Return by how much the base's estimate changes from one control timestep to the next, one sigma, metres."""
+    """Return the change of the base's estimate due to noise in a control step, one sigma, m."""
     return blur.noise * gain(blur.noise, _STEADY[0])
 
 
 class SelfEstimate:
-    """The robot follows its references closely: what is measured is how far it is off them."""
+    """Estimate of the robot's posture: its references, which it follows closely, plus a filtered deviation."""
 
     def __init__(self, blur: Blur, robot: RobotMotion, delay_steps: int):
         self._robot, self._blur = robot, blur
         place, turn = _STEADY
         self._gains = np.array([gain(blur.noise, place)] * 2 + [gain(blur.turn_noise, turn)])
-        self._path = np.zeros(3)  # of the base's reference, without the jumps
+        self._path = np.zeros(3)  # the base's reference without its jumps
         self._before: np.ndarray | None = None
         self._off: np.ndarray | None = None
         self._seen: np.ndarray | None = None
         self._history: collections.deque[Posture] = collections.deque(maxlen=delay_steps + 1)
 
     def update(self, base: np.ndarray, arm: np.ndarray) -> tuple[Posture, Posture]:
-        """Take in the base's pose (3,) and the joint positions (joints,), measured as late as observations are.
+        """Update by the measured, delayed pose of the base (3,) and joint positions (joints,).
 
         Returns:
-            The posture in which the robot was when that was measured, and that in which it is now.
+            The posture at the time of the measurement, and the present one.
         """
         self._history.append(self._reference())
         (path_then, arm_then), (path_now, arm_now) = self._history[0], self._history[-1]
         if self._off is None:
             self._off = base - path_then
-        elif self._seen is None or not (self._blur.dropout and np.array_equal(base, self._seen)):  # or not seen anew
+        elif self._seen is None or not (self._blur.dropout and np.array_equal(base, self._seen)):  # else a dropout
             self._off = self._off + self._gains * (base - path_then - self._off)
         self._seen = base
         return (path_then + self._off, arm), (path_now + self._off, arm + (arm_now - arm_then))
@@ -169,7 +169,7 @@ class SelfEstimate:
 
 
 class ChildEstimates:
-    """Children go on as they do; what is measured corrects that."""
+    """Estimates of the children's poses: predicted with constant velocity, corrected by measurements."""
 
     def __init__(self, blur: Blur, timestep: float, age: float):
         self._gain, self._velocity_gain = gain(blur.noise, _UNSTEADY), gain(blur.velocity_noise, _STARTS)
@@ -179,12 +179,12 @@ class ChildEstimates:
         self._seen: np.ndarray | None = None  # poses and velocities
 
     def update(self, poses: np.ndarray, velocities: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Take in what has been seen: poses x, y, yaw (..., 3) and velocities (..., 3); return those of now."""
+        """Update by measured poses x, y, yaw (..., 3) and velocities (..., 3); return the present ones."""
         seen = np.concatenate([poses, velocities], axis=-1)
         if self._position is None:
             self._position, self._velocity = poses.copy(), velocities.copy()
         else:
-            new = (seen != self._seen).any(axis=-1, keepdims=True)  # or it has not been seen anew
+            new = (seen != self._seen).any(axis=-1, keepdims=True)  # else a dropout
             self._velocity = self._velocity + new * self._velocity_gain * (velocities - self._velocity)
             expected = self._position + self._timestep * self._velocity
             off = poses - expected
@@ -198,34 +198,38 @@ class ChildEstimates:
 
 
 class CandleEstimates:
-    """All candles of a house."""
+    """Estimates of the poses of all candles."""
 
     def __init__(self, blur: Blur, robot: Embodiment, things: Sequence[Thing]):
         self._blur, self._arm, self._things = blur, arm_of(robot), things
         self._keeps = max(_KEPT[0] * blur.noise, _KEPT[1]) if blur.noise else 0.0
-        self._told: np.ndarray | None = None  # positions that have been given out, (candles, 3)
+        self._published: np.ndarray | None = None  # published positions, (candles, 3)
         self._held = NOTHING
-        self._in_hand = self._in_hand_told = np.zeros(3)  # of the held one, from the pinch point, in the base's frame
+        self._in_hand = self._in_hand_published = np.zeros(3)  # offset of the held one from the pinch point, base frame
 
     def update(
         self, positions: np.ndarray, orientations: np.ndarray, fingers: float, then: Posture, now: Posture
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return positions (candles, 3) and orientations, quaternions (candles, 4), of now, from those that were seen.
+        """Return the present positions (candles, 3) and orientations, quaternions (candles, 4), from measured ones.
 
-        The fingers stand off the middle by so many metres, both together; the robot's posture was `then` when all that
-        was seen, and is `now`.
+        Args:
+            positions: Measured positions, (candles, 3).
+            orientations: Measured quaternions, (candles, 4).
+            fingers: Opening of the hand, m.
+            then: The robot's posture at the time of the measurement.
+            now: Its present posture.
         """
-        if self._told is None:
-            told = self._told = positions.copy()
+        if self._published is None:
+            published = self._published = positions.copy()
             self._begin(positions, orientations)
         else:
-            told = self._told
-            self._average(told, positions, orientations)
-        self._follow_hand(told, positions, fingers, then)
+            published = self._published
+            self._average(published, positions, orientations)
+        self._follow_hand(published, positions, fingers, then)
         self._seen = positions
-        places = told.copy()
+        places = published.copy()
         if self._held != NOTHING:
-            places[self._held] = self._to_house(self._in_hand_told, now)
+            places[self._held] = self._to_house(self._in_hand_published, now)
         return places, self._turned
 
     def _begin(self, positions: np.ndarray, orientations: np.ndarray) -> None:
@@ -233,8 +237,8 @@ class CandleEstimates:
         self._turned, self._latest_turned = orientations.copy(), orientations.copy()
         self._count = np.ones(len(positions))
 
-    def _average(self, told: np.ndarray, positions: np.ndarray, orientations: np.ndarray) -> None:
-        """Take in where candles are seen, as if nobody held them."""
+    def _average(self, published: np.ndarray, positions: np.ndarray, orientations: np.ndarray) -> None:
+        """Update the means of all candles, as if none were held."""
         blur = self._blur
         new = (positions != self._seen).any(axis=1) if blur.dropout else np.ones(len(positions), bool)
         latest = _LATEST if blur.noise else 1.0
@@ -250,52 +254,52 @@ class CandleEstimates:
         self._mean = self._mean + share[:, None] * (positions - self._mean)
         self._turned = _mixed(self._turned, orientations, share if blur.turn_noise else np.where(new, 1.0, 0.0))
         self._mean[moved], self._turned[moved] = self._latest[moved], self._latest_turned[moved]
-        tell = moved | (np.linalg.norm(self._mean - told, axis=1) > self._keeps)
-        told[tell] = self._mean[tell]
+        tell = moved | (np.linalg.norm(self._mean - published, axis=1) > self._keeps)
+        published[tell] = self._mean[tell]
 
-    def _follow_hand(self, told: np.ndarray, positions: np.ndarray, fingers: float, then: Posture) -> None:
-        """Take in which candle is in the hand, and where in it; of nothing if no hand carries them so."""
+    def _follow_hand(self, published: np.ndarray, positions: np.ndarray, fingers: float, then: Posture) -> None:
+        """Update which candle is in the hand, and its offset there. Things that are not carried so are left out."""
         if not self._things:
             return
         if self._held != NOTHING and not is_round(self._things[self._held], fingers):
-            self._let_go(told, then)
+            self._let_go(published, then)
             return
         if self._held == NOTHING:
-            distances = np.linalg.norm(told - self._to_house(np.zeros(3), then), axis=1)
+            distances = np.linalg.norm(published - self._to_house(np.zeros(3), then), axis=1)
             nearest = int(distances.argmin())
             if is_round(self._things[nearest], fingers) and distances[nearest] < self._things[nearest].height:
                 self._held = nearest
-                self._in_hand = self._in_hand_told = self._to_hand(told[nearest], then)
+                self._in_hand = self._in_hand_published = self._to_hand(published[nearest], then)
         elif not (self._blur.dropout and np.array_equal(positions[self._held], self._seen[self._held])):
             off = self._to_hand(positions[self._held], then) - self._in_hand
             self._in_hand = self._in_hand + gain(self._blur.noise, _SLIPS) * off
-            if math.dist(self._in_hand, self._in_hand_told) > self._keeps:
-                self._in_hand_told = self._in_hand
+            if math.dist(self._in_hand, self._in_hand_published) > self._keeps:
+                self._in_hand_published = self._in_hand
 
-    def _let_go(self, told: np.ndarray, then: Posture) -> None:
-        """The hand has opened: the candle is where it was in it, and whatever else is near may have been touched."""
+    def _let_go(self, published: np.ndarray, then: Posture) -> None:
+        """Place the candle where the opened hand left it; other things nearby may have been touched."""
         here = self._to_house(self._in_hand, then)
-        near = np.linalg.norm(told - here, axis=1) < _NEAR
-        self._mean[self._held] = self._latest[self._held] = told[self._held] = here
+        near = np.linalg.norm(published - here, axis=1) < _NEAR
+        self._mean[self._held] = self._latest[self._held] = published[self._held] = here
         near[self._held] = True
         self._count[near] = np.minimum(self._count[near], _AFTER_TOUCH)
         self._held = NOTHING
 
     def _to_house(self, offset: np.ndarray, posture: Posture) -> np.ndarray:
-        """A point (3,) of the house by its offset from the pinch point, in the base's frame."""
+        """Return a point (3,) of the house, given its offset from the pinch point in the base's frame."""
         base, arm = posture
         x, y, z = (self._arm.pinch(arm) + offset).tolist()
         return np.array([*geometry.to_world(tuple(base.tolist()), (x, y)), z])
 
     def _to_hand(self, point: np.ndarray, posture: Posture) -> np.ndarray:
-        """Its offset from the pinch point, in the base's frame."""
+        """Return the inverse of `_to_house`."""
         base, arm = posture
         ahead, aside = geometry.to_local(tuple(base.tolist()), (float(point[0]), float(point[1])))
         return np.array([ahead, aside, point[2]]) - self._arm.pinch(arm)
 
 
 def _mixed(quaternions: np.ndarray, others: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """Means of quaternions (n, 4) that are close to each other, of which the others count a share (n,)."""
+    """Return the means of pairs of similar quaternions (n, 4); the others have the weights `share`, (n,)."""
     opposite = (quaternions * others).sum(axis=1, keepdims=True) < 0.0
     mixed = quaternions + share[:, None] * (np.where(opposite, -others, others) - quaternions)
     return mixed / np.linalg.norm(mixed, axis=1, keepdims=True)

@@ -1,4 +1,4 @@
-"""The executive: has the caregiver's decisions carried out by the robot, one intervention after the other."""
+"""The executive: carries out the caregiver's decisions with the robot, one intervention at a time."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from caregiver_mj.caregivers.caregiver import Caregiver, answer
+from caregiver_mj.caregivers.caregiver import Caregiver, PrivilegedCaregiver, Truth, answer
 from caregiver_mj.caregivers.percept import Assessment, Percept
-from caregiver_mj.caregivers.privileged import PrivilegedCaregiver, Truth
 from caregiver_mj.interventions.verb import DO_NOTHING, LOOK, Intervention, half_of, verb_of
 from caregiver_mj.plans.hazards import NOTHING, State
 from caregiver_mj.policy.perception import Perception
@@ -24,14 +23,14 @@ from caregiver_mj.robot.view import View
 class Executive:
     """One caregiver in charge of one robot.
 
-    After every move of the children `truth` gives a `PrivilegedCaregiver` the hidden state; it is None for any other.
+    `truth` returns the hidden state for a `PrivilegedCaregiver`, after every move of the children; None for any other.
 
     Attributes:
-        routine: What is being carried out, or None.
-        assessment: The numbers behind the last decision, if the caregiver has such.
+        routine: The intervention under way, or None.
+        assessment: The numbers behind the last decision, or None.
         begun: Interventions begun in this episode.
         done: Interventions completed, such as a stairwell reached or a candle put down.
-        left: What has become of hazards by them, for good.
+        left: States in which they left hazards for good, by hazard.
     """
 
     def __init__(
@@ -62,7 +61,7 @@ class Executive:
         self.begun = self.done = 0
         self.left: dict[int, State] = {}
         self._means.cooldowns.forget()
-        self._was_done = False  # the present intervention, which goes on nevertheless
+        self._was_done = False  # whether the present intervention is completed, and goes on
 
     @property
     def holding(self) -> int:
@@ -71,13 +70,17 @@ class Executive:
 
     @property
     def target(self) -> int:
-        """The number of the hazard that is being protected from now, or NOTHING."""
+        """Number of the hazard under intervention, or NOTHING."""
         return self.routine.intervention.hazard if self.routine else NOTHING
 
     def act(self, view: View, robot: RobotMotion, new_move: bool, all_known: bool) -> None:
-        """Act for one control timestep.
+        """Act for one control step.
 
-        `new_move` says whether the present move of a child has just become clear, `all_known` whether those of all are.
+        Args:
+            view: The robot's view.
+            robot: The robot's references.
+            new_move: Whether the present move of a child has just become clear.
+            all_known: Whether those of all children have.
         """
         if new_move and self.routine:
             self.routine.skill.driver.replan()
@@ -87,11 +90,11 @@ class Executive:
             self._note(self.routine.step(view, robot, lambda: self.percept(view)), view)
 
     def percept(self, view: View) -> Percept:
-        """Return the percept, with what only the executive knows: what is held, in cooldown and under way."""
+        """Return the percept, including what is held, in cooldown and under way."""
         return self._perception.percept(view, self.holding, self._means.cooldowns.active(view.now), self.target)
 
     def _decide(self, view: View, percept: Percept, observed: bool) -> None:
-        """Ask the caregiver what to do, and set about it unless the robot's hands are full."""
+        """Ask the caregiver, and begin what it wants unless the robot cannot be interrupted."""
         if observed:
             self._caregiver.watch(percept)
             if self._truth and isinstance(self._caregiver, PrivilegedCaregiver):
@@ -103,7 +106,7 @@ class Executive:
         if self.routine and self.routine.holding != NOTHING:
             self.routine.hear(percept, wanted)
             return
-        assert percept.out_of_reach is not None  # it is known of a robot
+        assert percept.out_of_reach is not None  # a robot's percept has it
         if wanted.hazard != NOTHING and percept.out_of_reach[0, wanted.hazard]:
             wanted = Intervention(self._caregiver.idle_verb)
         if self.routine is None or _is_another(wanted, self.routine.intervention):
@@ -139,7 +142,7 @@ def _destination(caregiver: Caregiver, percept: Percept, candle: int) -> int:
 
 
 def _is_another(wanted: Intervention, now: Intervention) -> bool:
-    """Whether something else is to be done than now. To be idle does not interrupt it, but to wait in a cell does."""
+    """Whether an intervention differs from the present one. Idling interrupts none, but waiting in a cell does."""
     idle, goes = not verb_of(wanted.verb).counts, wanted.verb in (LOOK, DO_NOTHING)
     if verb_of(now.verb).counts and idle and wanted.destination == NOTHING:
         return False

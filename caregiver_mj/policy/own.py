@@ -1,4 +1,4 @@
-"""Who may act in the house, by name: the caregivers, and policies of somebody's own for the robot's actions."""
+"""Policies in the house by name: caregivers, user policies of the robot's actions, and teleoperation."""
 
 from __future__ import annotations
 
@@ -21,37 +21,37 @@ from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.registry import check_call, errors_of
 from caregiver_mj.robot.feedback import FollowedVelocity
 
-_NOTCHES, _TURN = 4, math.pi / 4  # to its top speed; radians a press
-_KEYS = {  # of each what it does, notches faster, and turns to the left
+_NOTCHES, _TURN = 4, math.pi / 4  # notches to the top speed; rad per press
+_KEYS = {  # by key: its effect in words, the change of speed in notches, and of heading in turns to the left
     "0": ("stop", None, 0),
     "I": ("faster ahead", 1, 0),
     "K": ("slower, then back", -1, 0),
     "J": ("turn left", 0, 1),
     "L": ("turn right", 0, -1),
 }
-_YAW_GAIN = 3.0  # from error of heading to rate of turning, 1/s: about the most that does not overshoot
+_YAW_GAIN = 3.0  # 1/s; turning rate per error of heading; larger gains overshoot
 
 
 class OwnPolicy:
-    """Adapter of a policy of your own to the interface of `CaregiverPolicy`.
+    """Adapter of a user policy to the interface of `CaregiverPolicy`.
 
     Attributes:
-        name: What it goes by.
-        policy: What somebody has made.
+        name: Its name.
+        policy: The user's function.
     """
 
-    # It says nothing of what it is about, nor why.
+    # Unknown for a user policy.
     assessment = intervention = None
     target = NOTHING
 
     def __init__(self, name: str, make: Callable[[Any], Any], env: control.Environment):
-        """Make the policy of a name for an environment of this package with the robot in it.
+        """Make a policy for an environment of this package with a robot.
 
-        `make` is called with the environment. It returns a function from a time step to an action; if that has a
-        `reset`, it is called with a seed at the start of every episode.
+        `make` is called with the environment, and returns a function from a time step to an action. The function's
+        `reset`, if it has one, is called with a seed at the start of every episode.
 
         Raises:
-            CaregiverError: There is no robot, or what is made is no policy.
+            CaregiverError: There is no robot, or `make` returns no policy.
         """
         info: TaskInfo = env.task.info
         if info.embodiment is None:
@@ -66,10 +66,10 @@ class OwnPolicy:
             )
 
     def __call__(self, timestep: dm_env.TimeStep) -> np.ndarray:
-        """Answer an observation with an action.
+        """Return the action for a time step.
 
         Raises:
-            CaregiverError: The policy's answer is none.
+            CaregiverError: The policy fails, or returns no action.
         """
         if timestep.first() and (reset := getattr(self.policy, "reset", None)):
             reset(self._task.info.caregiver_seed)
@@ -77,7 +77,7 @@ class OwnPolicy:
         with errors_of(f"'{self.name}'", where, but=control.PhysicsError):
             action = self.policy(timestep)
         try:
-            numbers = np.array(action, float)  # a copy: some answer with one array again and again
+            numbers = np.array(action, float)  # a copy: some policies return the same array again
         except (TypeError, ValueError):
             numbers = np.empty(0)
         if numbers.shape != (self._size,) or not np.isfinite(numbers).all():
@@ -86,18 +86,18 @@ class OwnPolicy:
 
     @property
     def activity(self) -> str:
-        """What the robot is doing, in words, if the policy has an `activity` that says it; else whose doing it is."""
+        """Present activity in words: the policy's `activity`, or its name."""
         return str(getattr(self.policy, "activity", self.name))
 
 
 class Teleoperation:
-    """A policy that somebody plays by keys, which drive the base; arm and gripper stay as they are.
+    """A policy for a human player, whose keys drive the base; arm and gripper keep their posture.
 
-    It keeps the base's limits. To keep off walls and children is left to whoever presses the keys.
+    It keeps the base's limits. Nothing keeps it off walls and children.
 
     Attributes:
-        keys: Each key, what it does, and "".
-        activity: How fast the base is to go.
+        keys: Each key, its effect, and "".
+        activity: The commanded speed in words.
     """
 
     keys = tuple((key, does, "") for key, (does, *_) in _KEYS.items())
@@ -107,7 +107,7 @@ class Teleoperation:
         self._action = np.zeros(self._robot.layout.size)
 
     def __call__(self, timestep: dm_env.TimeStep) -> np.ndarray:
-        """Answer a time step with an action; the first one begins an episode, at rest."""
+        """Return the action for a time step; the first one begins an episode, at rest."""
         seen, layout, limits = timestep.observation, self._robot.layout, self._robot.limits
         here, most = float(seen["base_position"][2]), limits.yaw.velocity
         if timestep.first():
@@ -123,7 +123,7 @@ class Teleoperation:
         return self._action
 
     def press(self, key: str) -> None:
-        """Do what one of the keys says, from the next action on; others do nothing."""
+        """Apply a key from the next action on; other keys do nothing."""
         if key in _KEYS:
             _, faster, left = _KEYS[key]
             self._notch = 0 if faster is None else min(_NOTCHES, max(-_NOTCHES, self._notch + faster))
@@ -133,16 +133,16 @@ class Teleoperation:
 def make_policy(
     env: control.Environment, who: str | Caregiver | ReplayedPolicy, seed: int = 0, queries: Queries = Queries()
 ) -> CaregiverPolicy | OwnPolicy:
-    """Make the policy of a name, or of a caregiver, for an environment.
+    """Make a policy for an environment.
 
     Args:
-        env: An environment of this package, with the robot in it.
-        who: A name as of `find_caregiver`, but not "none"; a caregiver; or actions that are given again.
-        seed: Seed of a caregiver; what it draws in an episode depends on the episode's seed as well.
-        queries: How a caregiver is asked that is elsewhere.
+        env: An environment of this package with a robot.
+        who: A name, as `find_caregiver` takes it, except "none"; a caregiver; or recorded actions.
+        seed: Seed of a caregiver; its draws in an episode also depend on the episode's seed.
+        queries: How to query a remote caregiver.
 
     Raises:
-        CaregiverError: There is none of that name, it does not act, or there is no robot in the environment.
+        CaregiverError: The name is unknown or that of a baseline, or the environment has no robot.
     """
     if isinstance(who, ReplayedPolicy):
         return OwnPolicy("given again", lambda _: who, env)

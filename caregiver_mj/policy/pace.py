@@ -1,7 +1,7 @@
-"""How long a robot takes in a house for what a caregiver does, from its limits, with a child beside it or none.
+"""Durations of a robot's actions in a house, computed from its limits, without a child or with one beside it.
 
-The house's ways are those from anywhere that it has something to do to anywhere else that it has, driven from rest to
-rest. Beside a child it takes as long as `separation.allowed_rate` leaves it.
+The mean duration of a cell comes from ways between the places of work, driven from rest to rest. Beside a child
+`separation.allowed_rate` limits the speed.
 """
 
 from __future__ import annotations
@@ -25,21 +25,21 @@ from caregiver_mj.robot.skills.close import closing
 from caregiver_mj.robot.skills.pick_up import AT_FLOOR, CARRYING
 from caregiver_mj.robot.view import ChildView, View
 
-_WAYS = 40  # driven to find the mean
-_STEP = 0.005  # seconds
-_POINTS, _SLOWEST = 10, 0.02  # of a cell's way at which the speed is asked for; and the share of it that is always left
-_AHEAD, _ASIDE = 5, 3  # cells between robot and child, along its way and across, from which on there is no difference
+_WAYS = 40  # ways in the mean
+_STEP = 0.005  # s; resolution of durations
+_POINTS, _SLOWEST = 10, 0.02  # points of a cell's way at which the speed is computed; least share of it
+_AHEAD, _ASIDE = 5, 3  # cells ahead and aside at which a child no longer slows the robot down
 
 
 def robot_pace(navigator: Navigator, novice_timestep: float, control_timestep: float) -> Pace:
-    """Return the pace of a navigator's robot in its house; novice and control timestep are in seconds."""
+    """Return the pace of a navigator's robot in its house, given a novice timestep and a control step, s."""
     base = navigator.robot.limits.base
     lost = base.velocity / base.acceleration + base.acceleration / base.jerk  # from rest to rest
     cells, seconds = 0, 0.0
     for start, goal in _ways(navigator.plan):
         here, there = (navigator.centres[cell] for cell in (start, goal))
         route, path = navigator.route(start, goal), navigator.path(here, there, goal)
-        assert route is not None  # with no child about there always is one, and a path of it
+        assert route is not None  # without children there always is a route, and a path
         assert path is not None
         motion = RobotMotion(navigator.robot, control_timestep)
         motion.reset((*here, 0.0))
@@ -63,9 +63,9 @@ def robot_pace(navigator: Navigator, novice_timestep: float, control_timestep: f
 
 
 def beside_a_child(robot: Embodiment, cell_size: float, speed: float) -> tuple[tuple[float, ...], ...]:
-    """Return the times to drive to the next cell with a child that stands beside the way, as `Pace.beside`.
+    """Return `Pace.beside`: times to drive to the next cell with a child standing beside the way.
 
-    They count in that of a cell with no child about. Cells are in metres, the speed is in metres a second.
+    Their unit is the time for a cell without a child. The cell size is in m, the speed in m/s.
     """
     return tuple(
         tuple(_way_past(robot, cell_size, speed, (cell_size * ahead, cell_size * aside)) for aside in range(_ASIDE))
@@ -83,30 +83,30 @@ def _way_past(robot: Embodiment, cell_size: float, speed: float, child: tuple[fl
 
 
 def _ways(plan: FloorPlan) -> list[tuple[Cell, Cell]]:
-    """Some of the ways between the landings and the cells beside tables."""
+    """Return a sample of the ways between landings and cells beside tables."""
     places = list(dict.fromkeys([*plan.posts, *(c for table in plan.tables for c in plan.free_neighbours(table))]))
     ways = [(start, goal) for start in places for goal in places if start != goal]
     return [ways[i] for i in np.random.RandomState(0).permutation(len(ways))[:_WAYS]]
 
 
 def handling_times(robot: Embodiment) -> tuple[float, float]:
-    """Return the seconds for which the hand keeps the base waiting at a table: to get a candle, and to place it."""
+    """Return the times for which the hand keeps the base waiting at a table, to get a candle and to place it, s."""
     grasp, approach = robot.grasp, robot.approach
     reach = reach_path(arm_of(robot), round(1e4 * (layout.TABLE_HEIGHT + CANDLE.grip))).limits
-    down = _time(reach, approach.hover, 1.0, 1.0) - approach.last_time  # the base still drives meanwhile
+    down = _time(reach, approach.hover, 1.0, 1.0) - approach.last_time  # while the base still drives
     opened = _time(robot.limits.gripper, grasp.closed, grasp.open, grasp.open)
     get = down + grasp.grip_time + _time(reach, 1.0, 0.0, approach.drive_loaded)
     return get, down - grasp.release_time + opened + _time(reach, 1.0, 0.0, approach.drive)
 
 
 def closing_time(robot: Embodiment) -> float:
-    """Return the seconds that it takes to close a gate, once the base stands before it."""
+    """Return the time to close a gate, with the base before it, s."""
     path = closing(arm_of(robot)).path
     return path.goal * (_time(path.limits, 0.0, 1.0, 1.0) + robot.grasp.grip_time)
 
 
 def picking_up_time(robot: Embodiment) -> float:
-    """Return the seconds that it takes to pick up something small, once the base stands before it."""
+    """Return the time to pick up a small thing, with the base before it, s."""
     arm = arm_of(robot)
     ways = (pick_up_path(arm, reach, 0.0) for reach in robot.postures.lying_reaches)
     there, aside = next(way for way in ways if way), tray_path(arm)
@@ -116,7 +116,7 @@ def picking_up_time(robot: Embodiment) -> float:
 
 
 def _time(limits: Limits, start: float, end: float, until: float) -> float:
-    """Seconds from rest until a motion to an end has come as far as somewhere."""
+    """Return the time that a motion from rest towards `end` takes to reach `until`, s."""
     motion = ScalarMotion(limits, start)
     motion.move_to(end, 0.0)
     times = np.arange(0.0, motion.arrival + _STEP, _STEP)

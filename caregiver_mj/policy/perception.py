@@ -1,7 +1,7 @@
-"""What is seen: from a task's observation to the robot's view, and to the caregiver's percept.
+"""Perception: from a task's observation to the robot's view, and to the caregiver's percept.
 
-A few centimetres show where a toddler is heading, and the floor plan tells whether it will get there or bump into
-something: so its cell and action are known as those that the grid would have after this move.
+The first centimetres of a move show the child's action, and the floor plan whether it ends in a bump. The percept
+therefore has the cell and the action that the grid would have after this move.
 """
 
 from __future__ import annotations
@@ -26,39 +26,39 @@ from caregiver_mj.robot.geometry import Pose, Vector
 from caregiver_mj.robot.view import NO_GATES, NO_THINGS, ChildView, View
 
 _NOBODY: tuple[ChildView, ...] = ()
-_CLEAR_DISTANCE = 0.05  # metres of a move after which it is clear where the toddler is heading, ...
-_LATEST = 0.5  # ... or the share of a novice timestep after which it will not go anywhere any more
-_SMALLEST_MOVE = 0.005  # metres; a toddler that has moved less has not tried to; ...
-_SMALLEST_SEEN = 0.03  # ... the same where it is not seen exactly
-_AS_USUAL, _SIGMAS = 0.02, 4.0  # metres that a candle on a table may seem off its usual height; and of its noise
-_IN_ITS_CELL = 0.3  # share of a move, at its begin and at its end, that counts as in the cell
-_WORTH_A_LOOK = 0.02  # probability of a child
+_CLEAR_DISTANCE = 0.05  # m; length of a move that shows its direction, ...
+_LATEST = 0.5  # ... or share of a novice timestep after which a child no longer sets out
+_SMALLEST_MOVE = 0.005  # m; a child that has moved less did not try to; ...
+_SMALLEST_SEEN = 0.03  # ... the same with inexact sensing
+_AS_USUAL, _SIGMAS = 0.02, 4.0  # m, and sigmas of noise; error of a candle's height on a table of standard height
+_IN_ITS_CELL = 0.3  # share of a move, at its begin and end, in which the child counts as in the cell
+_WORTH_A_LOOK = 0.02  # probability of a child above which the robot looks there
 _HEADINGS = np.array([math.atan2(-down, right) for down, right in ACTIONS])
-_FELT = 0.4  # metres from a base's middle within which a child touches it
-_NEAR, _LOOKS_AGAIN = 3.0, 0.1  # metres within which corners count, and seconds after which they are looked for anew
-_REMEMBERED = 2.0  # seconds for which a child that is not seen any more counts as if it came at the robot
+_FELT = 0.4  # m; distance from the base's middle at which a child touches it
+_NEAR, _LOOKS_AGAIN = 3.0, 0.1  # m; range of corners to consider. s; refresh interval
+_REMEMBERED = 2.0  # s after the last sighting for which a child counts as approaching the robot
 _NO_CANDLES, _NO_ORIENTATIONS = np.zeros((0, 3)), np.zeros((0, 4))
 
 
 @dataclasses.dataclass
 class _Sighting:
-    """One child as it was last made out."""
+    """The present move of one child, as far as it is known."""
 
-    origin: Vector | None  # where its present move began, metres; None if that was not seen
-    is_clear: bool  # whether it is clear where that leads
-    cell: int  # the free cell in which it is, or will be after the move; NOTHING if that has not been seen
-    previous: tuple[int, int]  # the cell in which it made its last move, and that move; NOTHING before any was seen
-    stopped: int = NOTHING  # the free cell to which it is on its way with the base in between
+    origin: Vector | None  # start of the move, m; None if unseen
+    is_clear: bool  # whether its direction is known
+    cell: int  # its free cell after the move; NOTHING if unseen
+    previous: tuple[int, int]  # cell of its last move, and that move; NOTHING before the first
+    stopped: int = NOTHING  # free cell to which it is on its way, with the base in between
 
 
 class Perception:
-    """What one robot sees in one house.
+    """Perception of one robot in one house.
 
-    If not everything is seen exactly: it has been foretold from what was observed `age` seconds ago, candles with a
-    white error of `candle_noise` metres, one sigma, and children may be `unsure` metres nearer than they seem.
+    With inexact sensing, observations are predictions from `age` seconds ago, candles have a white error of
+    `candle_noise` metres (one sigma), and children may be `unsure` metres nearer than observed.
 
     Attributes:
-        table_heights: How high the tables' tops are, (tables,), metres; None if as usual.
+        table_heights: Heights of the tables' tops, (tables,), m; None for the standard height.
     """
 
     def __init__(
@@ -73,10 +73,10 @@ class Perception:
     ):
         self._is_full, self._lurking = sight.is_full, Lurking(plan, sight.turns)
         self._pictures = visibility(plan, sight).seen if sight.turns else None
-        self._in_view = self._looked = np.ones(len(plan.free_cells), bool)  # now, and when the tracker was told last
-        self._tracker: Tracker  # from `reset` on, where not everything is seen
+        self._in_view = self._looked = np.ones(len(plan.free_cells), bool)  # now, and at the tracker's last update
+        self._tracker: Tracker  # from `reset` on, with partial sight
         self._plan, self._age, self._unsure, self._frames = plan, age, unsure, frames
-        strays = age * BUMP_SPEED  # by which a child may be elsewhere than was foretold: it has stopped, or turned
+        strays = age * BUMP_SPEED  # m; error of a predicted place if the child has stopped or turned
         self._smallest_move = (_SMALLEST_MOVE if is_exact else _SMALLEST_SEEN) + strays
         self._clear_distance = _CLEAR_DISTANCE + strays
         self._as_usual = max(_AS_USUAL, _SIGMAS * candle_noise)
@@ -91,9 +91,9 @@ class Perception:
         """Begin an episode with its first observation."""
         self._begun, self._all_clear, self._gone, self._clock = 0, False, 0.0, 0.0
         self._children = []
-        self._glances_from = NOTHING  # the cell from which it has looked in each heading, at clocks that it remembers
+        self._glances_from = NOTHING  # cell of the last glances in each heading, with their clocks
         self._lurking.forget()
-        self._last: dict[int, tuple[Vector, float]] = {}  # where each child was seen, and when
+        self._last: dict[int, tuple[Vector, float]] = {}  # place and time of each child's last sighting
         self.table_heights = _table_heights(observation, self._tables, self._as_usual)
         children = np.atleast_2d(observation["toddler_position"])
         seen = observation.get("toddler_seen", np.ones(len(children)))
@@ -106,9 +106,9 @@ class Perception:
             self._see(np.flatnonzero(seen))
 
     def look(self, observation: dict[str, np.ndarray], now: float) -> View:
-        """Return the robot's view, from an observation at a time in seconds since the episode's start."""
+        """Return the robot's view of an observation, `now` seconds after the start of the episode."""
         poses, rates = observation["toddler_position"], observation["toddler_velocity"]
-        if poses.ndim == 1:  # the same as below, and quicker
+        if poses.ndim == 1:  # a faster special case
             (x, y, _), (vx, vy, _) = poses.tolist(), rates.tolist()
             children: tuple[ChildView, ...] = (ChildView((x, y), (vx, vy)),)
         else:
@@ -146,7 +146,7 @@ class Perception:
         )
 
     def _remembered(self, base: Vector, seen: dict[int, ChildView], now: float) -> tuple[ChildView, ...]:
-        """Return how near children can be, at the worst, that were seen a moment ago: something may be in between."""
+        """Return the nearest possible places of children that were seen a moment ago, and may now be hidden."""
         self._last.update((number, (child.position, now)) for number, child in seen.items())
         found = []
         for number, ((x, y), then) in self._last.items():
@@ -157,7 +157,7 @@ class Perception:
         return tuple(found)
 
     def _gaze(self, base: Pose, children: tuple[ChildView, ...], numbers: tuple[int, ...]) -> float | None:
-        """Return where to look for the children that are not seen, or at the nearest one if all are."""
+        """Return the heading in which to look for unseen children, or at the nearest one if all are seen."""
         if self._pictures is None:
             return None
         unseen = [number for number in range(len(self._children)) if number not in numbers]
@@ -169,23 +169,22 @@ class Perception:
             self._glances_from, self._glances = cell, np.full(len(_HEADINGS), -math.inf)
         presence = self._tracker.presence[0, unseen].sum(axis=0)
         chances = np.einsum("hc,c->h", self._pictures[cell, : len(_HEADINGS)], presence)
-        # Where it has just looked the child is not, or behind something.
+        # Directions of recent glances count less: no child was seen there.
         chances *= np.minimum(1.0, (self._clock - self._glances) / len(_HEADINGS))
         if self._empty().any():
             self._glances[np.cos(_HEADINGS - base[2]).argmax()] = self._clock
         return float(_HEADINGS[chances.argmax()]) if chances.max() > _WORTH_A_LOOK else base[2]
 
     def watch(self, view: View, clock: float) -> tuple[bool, bool]:
-        """Follow the children, at a time in novice timesteps.
+        """Observe the children's moves, at a time in novice timesteps.
 
         Returns:
-            Whether it has just become clear what the present move of a child is; and whether that of the last one has,
-            so that all of them are known.
+            Whether the present move of a child has just become clear, and whether those of all children are now clear.
         """
         move, self._clock = math.floor(clock + 1e-6), clock
         self._gone = max(0.0, clock - move)
         if self._is_full and self._all_clear and move == self._begun:
-            return False, False  # nothing is to be made out before the next move
+            return False, False  # until the next move there is nothing to observe
         numbers = range(len(view.children)) if view.numbers is None else view.numbers
         seen: dict[int, ChildView] = dict(zip(numbers, view.children, strict=True))
         if move != self._begun:
@@ -211,7 +210,7 @@ class Perception:
         return new, new and self._all_clear
 
     def _comes_into_sight(self, seen: dict[int, ChildView]) -> bool:
-        """Take in which children have come into sight, or gone out of it, since it was clear what they do."""
+        """Return whether children have come into or gone out of sight after their moves became clear, and note it."""
         in_sight = [number in seen for number in range(len(self._children))]
         if self._is_full or self._tracker.seen[0].tolist() == in_sight:
             return False
@@ -222,7 +221,7 @@ class Perception:
         return True
 
     def _see(self, seen: Container[int], hidden_only: bool = False) -> None:
-        """Have the tracker know where the children are that are seen, if that is news, and where none is."""
+        """Update the tracker by the children in sight and the empty cells in view."""
         hidden = np.array([[number not in seen for number in range(len(self._children))]])
         for sighting in itertools.compress(self._children, hidden[0]):
             sighting.cell = NOTHING
@@ -231,15 +230,15 @@ class Perception:
         self._looked = self._in_view
 
     def _empty(self) -> np.ndarray:
-        """Return in which cells a child would be seen now, if it was one that it is believed to be in, bool (1, cells).
+        """Return the cells whose view shows whether a child is there, bool (1, cells).
 
-        While it goes from one to the other it may be in neither: then in none.
+        In the middle of a move a child may be between cells; then there are none.
         """
         left = 1.0 - self._gone if self._all_clear else self._gone
         return self._in_view[None] & (left <= _IN_ITS_CELL)
 
     def _make_out(self, sighting: _Sighting, child: ChildView | None, base: Pose, late: bool) -> bool:
-        """Take in where a child is heading, if that is clear by now, and whether the base is in its way."""
+        """Return whether a child's move has become clear, and note it and whether the base is in its way."""
         if child is None or sighting.origin is None:
             if late:
                 sighting.is_clear, sighting.previous, sighting.stopped = True, (NOTHING, NOTHING), NOTHING
@@ -270,13 +269,16 @@ class Perception:
         return abs(aside) < _FELT and 0.0 < ahead < self._plan.cell_size / 2 + math.sqrt(_FELT**2 - aside**2)
 
     def percept(self, view: View, holding: int, out_of_reach: np.ndarray, under_way: int = NOTHING) -> Percept:
-        """Return the world as the caregiver knows it.
+        """Return the caregiver's percept.
 
-        The robot holds a candle of an index, or NOTHING, and is about a hazard of a number, or NOTHING. Hazards that
-        are out of reach, (hazards,), are to be left alone.
+        Args:
+            view: The robot's view.
+            holding: Index of the candle in the hand, or NOTHING.
+            out_of_reach: Whether each hazard is in cooldown or needs nothing more, (hazards,).
+            under_way: Number of the hazard under intervention, or NOTHING.
         """
         tables, candle_cells = self._candle_places(view, holding)
-        # Until the moves that are not made out yet, in novice timesteps: now, if they have just begun.
+        # Novice timesteps until the next unknown moves: 0 if these have just begun.
         time_left = 1.0 - self._gone if any(child.is_clear for child in self._children) else 0.0
         shut = np.append(np.zeros(len(self._plan.landings), bool), view.closed_gates) if len(view.gates) else None
         before, action = np.array([child.previous for child in self._children], int).reshape(-1, 2).T
@@ -307,7 +309,7 @@ class Perception:
 
     @property
     def in_view(self) -> np.ndarray | None:
-        """Return which free cells are in view as a whole, bool (cells,); None if everything is seen."""
+        """Whether each free cell is entirely in view, bool (cells,); None with full sight."""
         return None if self._is_full else self._in_view
 
     def free_cell(self, position: Vector) -> int:
@@ -315,7 +317,7 @@ class Perception:
         return self._plan.cell_index[self._nearest(position, self._plan.free_cells)]
 
     def _nearest(self, position: Vector, cells: tuple[Cell, ...]) -> Cell:
-        """The cell at a position if it is one of some, else the nearest one of these."""
+        """Return the cell at a position if it is one of `cells`, else the nearest of them."""
         cell = self._plan.cell_at(np.array(position))
         index = self._plan.cell_index.get(cell)
         if index is not None and index < len(cells):
@@ -323,7 +325,7 @@ class Perception:
         return min(cells, key=lambda c: math.dist(self._centres[c], position))
 
     def _candle_places(self, view: View, holding: int) -> tuple[np.ndarray, np.ndarray]:
-        """On which table, or on which free cell's floor, each candle is; NOTHING for on none: (candles,) each."""
+        """Return the table, and the free cell on whose floor, each candle stands, or NOTHING, (candles,) each."""
         if not len(view.candles):
             return np.zeros(0, int), np.zeros(0, int)
         offset = view.candles[:, None, :2] - self._tables[:, :2]  # (candles, tables, 2)
@@ -339,10 +341,10 @@ class Perception:
 
 
 class Lurking:
-    """Where a child that is not seen may come at the robot from.
+    """Places from which an unseen child may approach the robot.
 
-    To one that sees all round it comes round a corner: between a cell in view and one in which it may be, but not at
-    the base, where it is felt. To one that does not it may come from any unseen place of a cell in which it may be.
+    A robot with a view in all directions is approached round a corner: from between a cell in view and one in which the
+    child may be, except at the base, where it would be felt. Otherwise it may come from any unseen place of that cell.
     """
 
     def __init__(self, plan: FloorPlan, turns: bool):
@@ -352,7 +354,7 @@ class Lurking:
         self._places = centres[:, None] + plan.cell_size * PLACES
         beside = plan.graph.moves[0]
         cell, move = np.nonzero(beside != np.arange(len(beside))[:, None])
-        self._pairs = np.stack([cell, beside[cell, move]])  # of cells between which a child can walk, (2, n)
+        self._pairs = np.stack([cell, beside[cell, move]])  # neighbouring cells for a child, (2, n)
 
     def forget(self) -> None:
         """Begin an episode."""
@@ -361,9 +363,15 @@ class Lurking:
     def at(
         self, base: Vector, now: float, gone: float, tracker: Tracker, seen: tuple[int, ...], visible: np.ndarray
     ) -> tuple[ChildView, ...]:
-        """Return where it may be at the worst, near a robot, when so much of a novice timestep is gone.
+        """Return the worst places near a robot.
 
-        Those `seen` are children; `visible` are the `PLACES` of each cell in which one would be, bool (cells, 5).
+        Args:
+            base: The robot's place, m.
+            now: Time, s.
+            gone: Elapsed share of the novice timestep.
+            tracker: The belief about the children.
+            seen: Numbers of the children in sight.
+            visible: Whether each of the `PLACES` of each cell is in view, bool (cells, 5).
         """
         if now < self._until:
             return self._found
@@ -371,22 +379,22 @@ class Lurking:
         unseen = [number for number in range(tracker.seen.shape[1]) if number not in seen]
         if unseen:
             presence = tracker.presence[0, unseen].max(axis=0)
-            offsets = self._places - base + 1e-9  # (cells, 5, 2), in the base's own cell's middle it is somewhere, too
+            offsets = self._places - base + 1e-9  # (cells, 5, 2); never zero, to have a direction
             away = np.linalg.norm(offsets, axis=2)
             near = away[:, 0] < _NEAR
-            may_be = presence > 0.0  # it need not be one as is believed in, ...
-            beside = np.zeros_like(may_be)  # ... nor be stopped by the robot, and is on its way: it may be a cell on
+            may_be = presence > 0.0  # the child model may be wrong, ...
+            beside = np.zeros_like(may_be)  # ... and the child on its way to the next cell
             beside[self._pairs[1, may_be[self._pairs[0]]]] = True
             may_be |= beside & (away[:, 0] > _FELT)
             if self._turns:
-                # It is as far off its cell's middle as it walks in what is gone, or left, at most at the border. The
-                # middle stands for half the way to the outer places, and these for the rest.
+                # Its distance from its cell's middle is what it walks in the elapsed or the remaining time, at most to
+                # the border. The middle stands for half the way to the outer places, and these for the rest.
                 off, out = min(gone * BUMP_SPEED / WALKING_SPEED, 1.0 - gone, 0.5), PLACES.max() * PLACES.any(axis=1)
                 hides = ~visible & (may_be & near)[:, None] & (off >= out / 2)
                 strays = np.where(out > 0.0, off, min(off, PLACES.max() / 2)) - out
                 nearer = np.maximum(away - strays * self._plan.cell_size - _LOOKS_AGAIN * BUMP_SPEED, _FELT)
                 cells = np.flatnonzero(hides.any(axis=1))
-                at = cells, np.where(hides, nearer, math.inf)[cells].argmin(axis=1)  # the nearest in each
+                at = cells, np.where(hides, nearer, math.inf)[cells].argmin(axis=1)  # the nearest place of each
                 self._found = _standing(base + offsets[at] * (nearer[at] / away[at])[:, None])
             else:
                 in_view, (hidden, open_) = visible.min(axis=1), self._pairs[:, near[self._pairs[0]]]
@@ -397,20 +405,20 @@ class Lurking:
 
 
 def _standing(places: np.ndarray) -> tuple[ChildView, ...]:
-    """Return children that stand in places, (n, 2)."""
+    """Return children standing at places, (n, 2)."""
     return tuple(ChildView((x, y), (0.0, 0.0)) for x, y in places.tolist())
 
 
 def _table_heights(observation: dict[str, np.ndarray], tables: np.ndarray, as_usual: float) -> np.ndarray | None:
-    """How high tables are, by the first observation of an episode.
+    """Return the heights of the tables by the first observation of an episode, m; None for the standard height.
 
-    Where it does not say so, candles do that stand on them; other tables are taken to be as high as those, and all of
-    them as high as usual unless that is clearly wrong, by more than `as_usual` metres. None if they are.
+    If it does not contain them, they are the heights of the candles on them; other tables have the median of these.
+    Heights within `as_usual` metres of the standard count as standard.
     """
     if "table_height" in observation:
         return observation["table_height"].copy()
     feet = observation.get("candle_position", _NO_CANDLES)
-    feet = feet[feet[:, 2] > layout.TABLE_HEIGHT / 2]  # those on the floor say nothing of tables
+    feet = feet[feet[:, 2] > layout.TABLE_HEIGHT / 2]  # without those on the floor
     if not len(feet) or np.abs(feet[:, 2] - layout.TABLE_HEIGHT).max() < as_usual:
         return None
     nearest = np.linalg.norm(feet[:, None, :2] - tables[:, :2], axis=2).argmin(axis=1)

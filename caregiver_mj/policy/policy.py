@@ -1,8 +1,8 @@
 """The scripted caregiver as a policy for the tasks: from observations to actions.
 
-It sees the world through the task's observation only: where the children, the candles and the robot are. What the
-children did it infers from how they moved; what to do it asks a `Caregiver`; how, it leaves to the robot's routines.
-Only a `PrivilegedCaregiver` knows more than the observation: the task gives it the hidden state.
+It depends on the task's observation only: the places of children, candles and robot. It infers the children's actions
+from their motion. A `Caregiver` decides what to do, and the robot's routines carry it out. Only a `PrivilegedCaregiver`
+receives more than the observation: the hidden state.
 """
 
 from __future__ import annotations
@@ -14,10 +14,9 @@ from typing import Any
 import dm_env
 import numpy as np
 
-from caregiver_mj.caregivers.caregiver import Caregiver, starting_tables
+from caregiver_mj.caregivers.caregiver import Caregiver, PrivilegedCaregiver, starting_tables
 from caregiver_mj.caregivers.instructed import InstructedCaregiver
 from caregiver_mj.caregivers.percept import Assessment, Percept
-from caregiver_mj.caregivers.privileged import PrivilegedCaregiver
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.house.rendering import control
@@ -39,22 +38,22 @@ from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
 from caregiver_mj.robot.retrieval import RetrievalPlanner
 
-# Seconds between actions beyond which the robot no longer keeps what it promises: in 1,020 s of three houses with a
-# child that heads for it half the time, none struck and no candle dropped at 0.06 s, three strikes at 0.08, four drops
-# at 0.15, 55 strikes at 0.2.
+# s; greatest control timestep for which the robot's guarantees hold. In 1,020 s in three houses with a child that heads
+# for the robot half the time: no strike and no dropped candle at 0.06 s, 3 strikes at 0.08, 4 drops at 0.15, 55 strikes
+# at 0.2.
 LONGEST_TIMESTEP = 0.06
 
 
 class CaregiverPolicy:
     """The scripted caregiver. Call it with a time step to get an action.
 
-    From the next reset on, the environment's house is prepared for its children as the caregiver wants it.
+    From the next reset on, the caregiver's `prepare` decides the starting tables of the environment's candles.
 
     Attributes:
         plan: The house.
-        caregiver: Who decides.
+        caregiver: The deciding caregiver.
         robot: The robot's references, for displays.
-        executive: Carries out the interventions; for displays.
+        executive: Carries out the interventions, for displays.
     """
 
     def __init__(
@@ -67,16 +66,14 @@ class CaregiverPolicy:
         """Prepare a caregiver for a task.
 
         Args:
-            env: An environment of this package, with the robot in it.
+            env: An environment of this package with a robot.
             caregiver: Name of a caregiver, or one made for the environment's house.
-            seed: Seed of the caregiver; what it draws in an episode depends on the episode's seed as well.
-            sensing: How well observations show what there is, by which it takes them, as `Sensing.of` takes it; None
-                for what the task says.
+            seed: Seed of the caregiver; its draws in an episode also depend on the episode's seed.
+            sensing: Assumed errors of observations, as `Sensing.of` takes them; None for those of the task.
 
         Raises:
-            CaregiverError: There is no robot in the environment, or no caregiver of that name, or it was made for
-                another house, or actions are too far apart for the robot to be controlled, or the sensing is too bad
-                to take candles.
+            CaregiverError: The environment has no robot, the caregiver is unknown or made for another house, the
+                control timestep is too long, or the sensing too inexact to grasp candles.
         """
         task: Any = getattr(env, "task", None)
         if not hasattr(task, "info"):
@@ -95,7 +92,7 @@ class CaregiverPolicy:
             )
         self.plan: FloorPlan = info.plan
         self.caregiver = _caregiver(caregiver, info, seed)
-        # To be asked for its `info` when an episode begins, and told who is in charge and what has been done.
+        # Gives `info` when an episode begins; receives the caregiver, and claims of interventions.
         self._task = task
         truth = info.truth if isinstance(self.caregiver, PrivilegedCaregiver) else None
         self._timestep, self._has_begun = env.control_timestep(), False
@@ -128,26 +125,26 @@ class CaregiverPolicy:
         self.executive = Executive(
             self.caregiver, self._perception, navigator, self._retrievals, info.novice_timestep, truth
         )
-        # As it will be seen: what takes so long must not wait for the first observation.
+        # As the first observation will show them: preparing later would delay the first action.
         self._perception.table_heights = info.table_heights
         self._prepare_retrievals()
-        task.caregiver = self.caregiver  # last: where one cannot be made, the house is not prepared for it
+        task.caregiver = self.caregiver  # last, only if the policy was made
 
     def __call__(self, timestep: dm_env.TimeStep) -> np.ndarray:
-        """Answer an observation with an action; see `see` for errors."""
+        """Return the action for a time step; see `see` for errors."""
         self.see(timestep)
         return self.act()
 
     def see(self, timestep: dm_env.TimeStep) -> bool:
-        """Take an observation in, which is the first half of answering it.
+        """Process a time step, the first half of a call.
 
         Returns:
-            Whether it has just become clear where all children are heading: once a novice timestep.
+            Whether the moves of all children have just become clear: once a novice timestep.
 
         Raises:
-            CaregiverError: It is no time step, or the observation is flat; the caregiver needs its keys. Or it is of
-                another house, or the house has not been prepared as the caregiver wants it, or it has not seen how the
-                episode began, or another policy has begun one with the same caregiver since.
+            CaregiverError: It is no time step, its observation is flat or of another house, candles do not start on the
+                tables of the caregiver's `prepare`, the first time step of the episode was missed, or another policy
+                has since begun an episode with the same caregiver.
         """
         if not hasattr(timestep, "observation"):
             raise CaregiverError(
@@ -164,8 +161,8 @@ class CaregiverPolicy:
             raise CaregiverError("the first time step that a caregiver's policy sees must be that of env.reset()")
         elif self.caregiver.serves is not self._serves:
             raise CaregiverError(
-                f"another policy has begun an episode with this {type(self.caregiver).__name__} meanwhile: "
-                "each policy needs a caregiver of its own"
+                f"another policy has begun an episode with this {type(self.caregiver).__name__}: each policy requires "
+                "its own caregiver"
             )
         view = self._perception.look(self._senses.now(observation), self.robot.now)
         new_move, all_known = self._perception.watch(view, float(observation["clock"]))
@@ -173,7 +170,7 @@ class CaregiverPolicy:
         return all_known
 
     def act(self) -> np.ndarray:
-        """Answer what has been seen with an action, the second half."""
+        """Return the action for the last time step, the second half of a call."""
         view, new_move, all_known = self._seen
         executive = self.executive
         begun, done = executive.begun, executive.done
@@ -185,7 +182,7 @@ class CaregiverPolicy:
         return action
 
     def percept(self) -> Percept:
-        """Return what has been seen, as a caregiver sees it, of a batch of one."""
+        """Return the caregiver's percept of the last time step, a batch of one."""
         view, *_ = self._seen
         return self.executive.percept(view)
 
@@ -209,13 +206,13 @@ class CaregiverPolicy:
         self._prepare_retrievals()
 
     def _prepare_retrievals(self) -> None:
-        """Have the planning scene made for tables as high as they seem, unless it is: before the robot moves."""
+        """Make the planning scene for the perceived heights of tables, unless it exists, before the robot moves."""
         if self.plan.candle_tables or self.plan.floor_cells:
             seen = self._perception.table_heights
             self._retrievals.prepare(None if seen is None else tuple(seen.tolist()))
 
     def _check_house(self, observation: dict[str, np.ndarray]) -> None:
-        """Raise CaregiverError if an episode begins as none can in this house: it is that of another one."""
+        """Raise CaregiverError if an episode begins in a way that is impossible in this house."""
         plan = self.plan
         alien = any(np.shape(np.asarray(observation.get(key))) != shape for key, shape in self._shapes.items())
         base, children = observation["base_position"], np.atleast_2d(observation["toddler_position"])
@@ -234,31 +231,31 @@ class CaregiverPolicy:
 
     @property
     def assessment(self) -> Assessment | None:
-        """The numbers behind the last decision, if the caregiver has such, for a batch of one."""
+        """The numbers behind the last decision, a batch of one, or None."""
         return self.executive.assessment
 
     @property
     def in_view(self) -> np.ndarray | None:
-        """Which free cells it sees as a whole, bool (cells,); None if it sees everything."""
+        """Whether each free cell is entirely in view, bool (cells,); None with full sight."""
         return self._perception.in_view
 
     @property
     def intervention(self) -> Intervention | None:
-        """What is being done now."""
+        """The intervention under way, or None."""
         return self.executive.routine.intervention if self.executive.routine else None
 
     @property
     def target(self) -> int:
-        """The number of the hazard that is being protected from now, or NOTHING."""
+        """Number of the hazard under intervention, or NOTHING."""
         return self.executive.target
 
     @property
     def activity(self) -> str:
-        """What the robot is doing, in words."""
+        """The robot's present activity in words."""
         return self.executive.routine.activity if self.executive.routine else "watch"
 
 
-@functools.lru_cache(maxsize=4)  # it is costly, and remembers nothing between questions
+@functools.lru_cache(maxsize=4)  # costly, and without state between calls
 def _make_scene(plan: FloorPlan, embodiment: Embodiment, heights: tuple[float, ...] | None) -> PlanningScene:
     tables = None if heights is None else np.array(heights)
     return PlanningScene(build_house(plan, embodiment, visuals=False, table_heights=tables), plan, embodiment)

@@ -1,4 +1,4 @@
-"""How the robot carries an intervention out: one skill after the other."""
+"""Routines: how the robot carries out interventions, as sequences of skills."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ from caregiver_mj.robot.view import View
 # with each further failure, up to `LEFT_LYING`, the cooldown of a candle out of the arm's reach.
 COOLDOWN = 5.0
 LEFT_LYING = 60.0
-# Moves from a stairwell within which a child that heads for it makes the robot put a candle down early. From farther
-# away a toddler seldom goes on; with no such limit the candles end up nearer to it, and all of it does more harm.
+# Moves from a stairwell within which an approaching child makes the robot put a candle down early. From farther away a
+# toddler seldom arrives; without this limit candles end up nearer to it, and total damage increases.
 _ALARM = 4
-# Of the base's highest speed what is left with corners and stops, and seconds to put a candle down.
+# Mean speed with corners and stops, as a share of the base's top speed. s; time to put a candle down.
 _CRUISING_SHARE, _PLACING_TIME = 0.792, 1.5
 
 
@@ -74,27 +74,27 @@ class Cooldowns:
 
 @dataclasses.dataclass(frozen=True)
 class Means:
-    """What routines work with in one episode."""
+    """The resources of all routines of an episode."""
 
     plan: FloorPlan  #: the house
     navigator: Navigator  #: plans the base's paths
     retrievals: RetrievalPlanner  #: plans how to pick up what has fallen
     novice_timestep: float  #: seconds of a novice timestep
     cooldowns: Cooldowns  #: hazards left alone for a while after a failure
-    #: where the caregiver wants a candle, by the percept and the candle's index: index of a table
+    #: returns the caregiver's choice of a table for a candle, by percept and the candle's index
     destination: Callable[[Percept, int], int]
-    takes_orders: bool  #: whether the caregiver was told what to do, so that there is nothing to choose
+    takes_orders: bool  #: whether the caregiver follows orders, without a choice
 
 
 class Routine:
-    """One intervention under way in the house. This one is done with a single skill.
+    """An intervention under way in the house. The base class carries it out with a single skill.
 
     Attributes:
-        intervention: What is being done.
+        intervention: The intervention.
         skill: The robot's present skill.
-        activity: What is being done, in words.
+        activity: The robot's activity in words.
         holding: Index of the candle in the robot's hand, or NOTHING.
-        goes_on: Whether it goes on after it is done, until something else is decided.
+        goes_on: Whether it continues after completion, until the next decision.
     """
 
     holding = NOTHING
@@ -107,33 +107,33 @@ class Routine:
         self.activity = activity or verb_of(intervention.verb).describe(means.plan, intervention)
 
     def step(self, view: View, robot: RobotMotion, see: Callable[[], Percept]) -> Status:
-        """Act for one control timestep.
+        """Act for one control step.
 
         Args:
-            view: What the robot sees.
+            view: The robot's view.
             robot: The robot's references.
-            see: Makes the caregiver's percept of this moment.
+            see: Returns the caregiver's present percept.
 
         Returns:
-            RUNNING, or how it has ended.
+            RUNNING, or the status with which it ended.
         """
         status = self.skill.step(view, robot)
         return self.after(status, view, see) if status.ended else status
 
     def after(self, status: Status, view: View, see: Callable[[], Percept]) -> Status:
-        """Return what comes after a skill that has ended with a status: RUNNING if there is another one."""
+        """Begin the next skill after one has ended; return RUNNING, or the status of the routine if it was the last."""
         return status
 
     def is_barred(self, status: Status, view: View) -> bool:
-        """Whether a skill has failed for a way that is closed, which opens again, and there is nothing else to do."""
+        """Whether a skill has failed because the way was barred, and orders leave no choice but to retry."""
         return status is Status.FAILED and self.means.takes_orders and self.skill.driver.patience.is_over(view.now)
 
     def hear(self, percept: Percept, wanted: Intervention) -> None:
-        """Take note, with a candle in the hand, of what the caregiver would want now."""
+        """Consider, with a candle in the hand, what the caregiver would want now."""
 
 
 class Persisting(Routine):
-    """One that sets about it anew where its way was closed, and there is nothing else to do."""
+    """A routine that retries where its way was barred and orders leave no choice."""
 
     def __init__(self, means: Means, intervention: Intervention, make_skill: Callable[[], Skill]):
         super().__init__(means, intervention, make_skill())
@@ -147,7 +147,7 @@ class Persisting(Routine):
 
 
 class Relocating(Routine):
-    """One candle on its way.
+    """Takes a candle to a table.
 
     Attributes:
         candle: Index of the candle.
@@ -171,22 +171,22 @@ class Relocating(Routine):
             self.holding = self.candle
             self._carry(see())
             return Status.RUNNING
-        if status is Status.FAILED:  # it has still got the candle
+        if status is Status.FAILED:  # the candle is still in the hand
             self.means.cooldowns.fail(self.intervention.hazard, view.now)
             self._carry(see(), refused=self.skill.table)
             return Status.RUNNING
         self.holding = NOTHING
-        if status is Status.OVERTAKEN and self.means.takes_orders:  # it has fallen, maybe there where it shall stand
+        if status is Status.OVERTAKEN and self.means.takes_orders:  # it fell, perhaps at its destination
             self.skill, self.activity = _fetching(self.means, self.candle, view, see())
             return Status.RUNNING
         return status
 
     def hear(self, percept: Percept, wanted: Intervention) -> None:
-        """Have the candle put down earlier if a child could else be at a stairwell before the robot.
+        """Put the candle down earlier if a child could otherwise be at a stairwell before the robot.
 
-        It then goes to the table by way of which the robot is there first. On that one the candle must be farther from
-        every child than the stairwell is from the one in danger. For another candle, which is no worse than the one in
-        the hand, it is not worth while: that has to be fetched again the sooner.
+        It goes to the table from which the robot reaches the stairwell soonest. That table must be farther from every
+        child than the stairwell is from the child in danger. Another candle is no reason: it is no worse than the one
+        in the hand, which would have to be fetched again.
         """
         if wanted.verb != BLOCK or self.means.takes_orders or not isinstance(self.skill, skills.Place):
             return
@@ -207,7 +207,7 @@ class Relocating(Routine):
             self._place_on(table)
 
     def _carry(self, percept: Percept, refused: int = NOTHING) -> None:
-        """Take the candle where the caregiver wants it; from a table that it could not be brought to, to another."""
+        """Take the candle to the caregiver's table, or to another one if that refused it."""
         table = self.means.destination(percept, self.candle)
         if table == refused and not self.means.takes_orders:
             far = self.means.plan.graph.table_distances[percept.child_cell[0]].min(axis=0)
@@ -223,7 +223,7 @@ class Relocating(Routine):
         return sorted(set(range(len(self.means.plan.tables))) - set(percept.candle_table[0].tolist()))
 
     def _is_open(self, table: int, percept: Percept) -> bool:
-        """Whether a way that the children leave open leads to a table."""
+        """Whether there is a way to a table that no child bars."""
         plan = self.means.plan
         here = plan.caregiver_cells[percept.caregiver_cell[0]]
         children = [plan.free_cells[cell] for cell in percept.previous_cell[0]]
@@ -231,7 +231,7 @@ class Relocating(Routine):
         return any(self.means.navigator.route(here, stand, children) for stand in stands)
 
     def _seconds_by_way_of(self, table: int, stairwell: int, percept: Percept) -> float:
-        """Roughly how long it takes to put the candle down on a table and to be in a stairwell."""
+        """Return the estimated time to put the candle down on a table and go on to a stairwell, s."""
         plan = self.means.plan
         (stands,) = plan.graph.beside([plan.tables[table]])
         landing = plan.cell_index[plan.posts[stairwell]]
@@ -242,7 +242,7 @@ class Relocating(Routine):
 
 
 def _fetching(means: Means, candle: int, view: View, percept: Percept) -> tuple[skills.Skill, str]:
-    """Return the skill to take a candle from where it is, and what that is in words."""
+    """Return the skill to take a candle from its place, and its activity in words."""
     table = int(percept.candle_table[0, candle])
     if table != NOTHING and view.stands_on_table(candle, table):
         pick = skills.Pick(means.navigator, candle, table)
@@ -284,7 +284,7 @@ def _pick_up(means: Means, intervention: Intervention, *_: object) -> Routine:
     return Persisting(means, intervention, make_skill)
 
 
-# The robot's half of each verb: makes a routine by what the robot sees at the beginning, and the caregiver.
+# The robot's half of each verb: makes a routine from the robot's view and the caregiver's percept at its start.
 ROUTINES: dict[str, Callable[[Means, Intervention, View, Percept], Routine]] = {
     BLOCK: _block,
     CLOSE: _close,

@@ -1,1 +1,1 @@
-"""What is known of an episode afterwards."""
+"""Records of episodes: columns, ledger, contacts and data sets."""

@@ -1,7 +1,9 @@
-"""The ledger: counts what happens to the children of an episode, in both worlds."""
+"""Running episodes in both worlds: the rollout, which is the only loop, and the ledger, which alone counts."""
 
 from __future__ import annotations
 
+import abc
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -146,3 +148,45 @@ class Ledger:
         """Return the measures of one episode so far, also of each child, by column of `EpisodeRecord`."""
         totals = {name: values[episode].item() for name, values in self.totals().items()}
         return totals | {name: values[episode].tolist() for name, values in self.by_child().items()}
+
+
+class Rollout(abc.ABC):
+    """Running episodes: one in the house, a batch in the grid.
+
+    `run_on` is the only loop over an episode. Data sets and logs of answers observe it, films and viewers run it from
+    picture to picture, and Gymnasium environments, whose actions come from outside, drive it step by step.
+
+    Attributes:
+        observers: Called with the rollout at the start and after every step. They must change nothing.
+        ledger: Counts what happens to the children.
+    """
+
+    observers: Sequence[Callable[[Any], None]] = ()
+    ledger: Ledger
+
+    @property
+    @abc.abstractmethod
+    def over(self) -> bool:
+        """Whether its episodes are over."""
+
+    @abc.abstractmethod
+    def step(self) -> None:
+        """Run one step: a control step in the house, a novice timestep in the grid."""
+
+    @abc.abstractmethod
+    def outcomes(self) -> list[dict[str, Any]]:
+        """Return the measures of each episode, by column."""
+
+    def notify(self) -> None:
+        """Call the observers."""
+        for observer in self.observers:
+            observer(self)
+
+    def run_on(self, until: Callable[[], bool] = lambda: False) -> bool:
+        """Run until a condition holds; return False if the episodes end before."""
+        while not until():
+            if self.over:
+                return False
+            self.step()
+            self.notify()
+        return True

@@ -10,7 +10,7 @@ import numpy as np
 
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.yielding import yielding
+from caregiver_mj.plans.routes import yielding
 from caregiver_mj.robot import geometry
 from caregiver_mj.robot.clearance import Clearance
 from caregiver_mj.robot.embodiment import Embodiment

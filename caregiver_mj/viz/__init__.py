@@ -1,4 +1,4 @@
-"""What people look at: pictures, films, figures, the report."""
+"""Pictures, films, figures, live viewers and the report."""
 
 import os
 from typing import Any
@@ -14,13 +14,13 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-OVERLAYS = ("danger",)  # that films have
-AUTO = "auto"  # the camera that a film chooses
+OVERLAYS = ("danger",)  # of films
+AUTO = "auto"  # name of the automatic camera
 CAMERAS = ("overview", "follow", "wrist", "eye")  # of a house with a robot
 
 
 class _Lines(Progress):
-    """A progress bar for a notebook, where lines cannot be written over: a line for each tenth that is done."""
+    """A progress bar for a notebook, which cannot overwrite lines: a line for each tenth done."""
 
     _tenths = 0
 
@@ -28,7 +28,7 @@ class _Lines(Progress):
         super().advance(task_id, advance)
         task = self.tasks[task_id]
         if not self.disable and (tenths := int(task.percentage // 10)) > self._tenths and not task.finished:
-            self._tenths = tenths  # the last one is the bar itself
+            self._tenths = tenths  # the last tenth is the bar itself
             self.console.print(f"{task.description} {task.completed:g}/{task.total:g}")
 
 
@@ -37,7 +37,7 @@ def progress_bar(quiet: bool = False) -> Progress:
     said, bar, count = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()
     times = TimeElapsedColumn(), TimeRemainingColumn()
     kind, options = Progress, dict[str, Any]()
-    # A kernel's own process, or a command in a cell ("!caregiver-mj ...").
+    # In a kernel's process, or in a command of a cell ("!caregiver-mj ...").
     if rich.console.Console().is_jupyter or "JPY_PARENT_PID" in os.environ:
         kind, options = _Lines, {"force_jupyter": False, "force_terminal": False}
     console = rich.console.Console(stderr=True, markup=False, highlight=False, **options)

@@ -1,4 +1,4 @@
-"""Cameras on a house: that see it all, that draw what has changed, and that lay tiles over the floor."""
+"""Cameras in a house: with culling, with partial redrawing, and with tiles on the floor."""
 
 from __future__ import annotations
 
@@ -13,50 +13,48 @@ import numpy as np
 from caregiver_mj.house.physics import EYE, Physics, raise_walls
 from caregiver_mj.house.rendering import mujoco
 from caregiver_mj.plans.layout import CEILING
-from caregiver_mj.viz.forecast import Tile
+from caregiver_mj.viz.moment import Tile
 
-FOVY = 30.0  # degrees, of a camera that is none of the model's; a long lens, so that walls do not hide much
-_HIDDEN = 3  # the first group of geoms that MuJoCo does not draw
-_NEAREST = 0.01  # metres before a camera
+FOVY = 30.0  # degrees; field of view of a free camera, narrow so that walls hide little
+_HIDDEN = 3  # first group of geoms that MuJoCo does not draw
+_NEAREST = 0.01  # m; least depth before a camera
 _CORNERS = np.array(list(itertools.product((-1, 1), repeat=3)))
-_MARGIN = 2  # pixels by which a box is wider than what it holds
-Part = tuple[int, int, int, int]  # of a picture, in pixels: left, top, right, bottom
-_MOVED = 1e-4  # metres, or entries of a rotation, by which something must have moved to be drawn anew
-_PART_OVERHEAD = 10_000  # pixels that could be drawn in the time that one more part of a picture takes
-_FIRST = 1 << 16  # the number of the first tile in a mask, beyond those of all else
-_ABOVE = 1.2  # metres: where labels are written
+_MARGIN = 2  # pixels; margin of a bounding box
+Part = tuple[int, int, int, int]  # of a picture, pixels: left, top, right, bottom
+_MOVED = 1e-4  # m, or entries of a rotation matrix; least motion that is redrawn
+_PART_OVERHEAD = 10_000  # pixels; cost of drawing one more part of a picture
+_FIRST = 1 << 16  # number of the first tile in a mask, above those of all geoms
+_ABOVE = 1.2  # m; height of labels
 
 
 class Pose(NamedTuple):
-    """The place of a camera that is not one of the model's."""
+    """The pose of a free camera, which is not one of the model's."""
 
-    place: tuple[float, float, float]  # metres, in the middle of the picture
-    distance: float  # metres from there
-    elevation: float  # radians below the horizon
-    azimuth: float = math.pi / 2  # radians from x, of where it looks: to the north
+    place: tuple[float, float, float]  # m; point in the middle of the picture
+    distance: float  # m from there
+    elevation: float  # rad below the horizon
+    azimuth: float = math.pi / 2  # rad from x to the direction of view; by default to the north
 
     @property
     def axes(self) -> np.ndarray:
-        """The picture's axes to the right, down, and ahead, (3, 3), a column each."""
+        """Unit vectors to the right, down and ahead, the columns of (3, 3)."""
         (sine, cosine), (y, x) = ((math.sin(a), math.cos(a)) for a in (self.elevation, self.azimuth))
         return np.array([(y, -sine * x, cosine * x), (-x, -sine * y, cosine * y), (0.0, -cosine, -sine)])
 
 
 class Camera:
-    """A camera that leaves out of the scene what it does not see.
-
-    OpenGL would do so too, but one triangle after the other.
+    """A camera that culls geoms out of view from its scene; OpenGL culls slowly, triangle by triangle.
 
     Attributes:
         width: Width of its pictures, pixels.
-        height: Their height.
+        height: Height of its pictures, pixels.
         view: dm_control's camera.
-        pose: Where it is, if it is none of the model's.
-        geoms: Numbers of the geoms that are drawn, (geoms,).
+        pose: The pose of a free camera; None for one of the model's.
+        geoms: Numbers of the visible geoms, (geoms,).
     """
 
     def __init__(self, physics: Physics, where: str | Pose, width: int, height: int, shadows: bool = False):
-        """Set up one of the model's cameras, by its name, or one in another place."""
+        """Set up one of the model's cameras by its name, or a free camera."""
         self.width, self.height, self.pose = width, height, where if isinstance(where, Pose) else None
         name = "" if isinstance(where, Pose) else where
         self.view = physics.camera(name, width, height)
@@ -64,24 +62,24 @@ class Camera:
         self._model, self._data = physics.model.ptr, physics.data.ptr
         self._id = physics.model.name2id(name, "camera") if name else -1
         fovy = self._model.cam_fovy[self._id] if name else FOVY
-        self._scale = height / 2 / math.tan(math.radians(fovy) / 2)  # pixels a metre, 1 m off
+        self._scale = height / 2 / math.tan(math.radians(fovy) / 2)  # pixels per metre at a depth of 1 m
         self.geoms = np.flatnonzero(self._model.geom_group < _HIDDEN)
         centres, halves = np.split(self._model.geom_aabb[self.geoms, None], 2, axis=2)
-        if name == EYE:  # which sees walls as high as the ceiling
+        if name == EYE:  # it sees walls of full height
             walls = self._model.geom_bodyid[self.geoms] == 0
             halves[walls, :, 2] += CEILING
-        self._corners = centres + halves * _CORNERS  # (geoms, 8, 3), of a box around each, in its frame
+        self._corners = centres + halves * _CORNERS  # (geoms, 8, 3); corners of each geom's box in its frame
         suns = self._model.light_castshadow.astype(bool) & shadows
-        self._sunlight = self._data.light_xdir[suns]  # (suns, 3); nothing else in the house throws shadows
+        self._sunlight = self._data.light_xdir[suns]  # (suns, 3); the only lights with shadows
 
     def render(self) -> np.ndarray:
-        """Draw the picture (height, width, 3)."""
+        """Return the picture, (height, width, 3)."""
         with self.only_seen_in((0, 0, self.width, self.height), self.boxes()):
             return self.view.render()
 
     @contextlib.contextmanager
     def only_seen_in(self, part: Part, boxes: np.ndarray) -> Iterator[None]:
-        """Make scenes, within, only of what lies, or throws a shadow, in a part of the picture, by all their boxes."""
+        """Limit scenes in this context to geoms whose boxes, shadows included, overlap a part of the picture."""
         seen = (boxes[:, :2] < part[2:]).all(axis=1) & (boxes[:, 2:] > part[:2]).all(axis=1)
         unseen, groups, lens = self.geoms[~seen], self._model.geom_group, self._model.vis.global_
         before, fovy = groups[unseen], lens.fovy
@@ -96,9 +94,9 @@ class Camera:
             groups[unseen], lens.fovy = before, fovy
 
     def boxes(self, which: np.ndarray | slice = slice(None)) -> np.ndarray:
-        """Return where in the picture geoms, of those that are drawn, and their shadows are.
+        """Return bounding boxes of some of `geoms`, with their shadows, in the picture.
 
-        The bounds are in pixels: left, top, right, bottom, (n, 4); infinite ones for what is beside the camera.
+        They are left, top, right, bottom in pixels, (n, 4); infinite for a geom beside the camera.
         """
         geoms = self.geoms[which]
         turned = self._corners[which] @ self._data.geom_xmat[geoms].reshape(-1, 3, 3).swapaxes(1, 2)
@@ -113,16 +111,16 @@ class Camera:
         return boxes
 
     def _eye(self) -> tuple[np.ndarray, np.ndarray]:
-        """Where it is, (3,), and its picture's axes to the right, down, and ahead, (3, 3)."""
+        """Return its place (3,), m, and the axes of its picture as of `Pose.axes`, (3, 3)."""
         if self.pose:
             return self.pose.place - self.pose.distance * self.pose.axes[:, 2], self.pose.axes
         return self._data.cam_xpos[self._id], self._data.cam_xmat[self._id].reshape(3, 3) * (1, -1, -1)
 
 
 class StillCamera(Camera):
-    """A camera that does not move: after the first picture it draws only the parts in which something else has.
+    """A fixed camera, which redraws only the parts of its picture in which something has moved.
 
-    Without a graphics card the time goes into pixels, and most of them show the same house as before.
+    Without a graphics card the time goes into pixels, most of which do not change.
     """
 
     def __init__(self, physics: Physics, where: str | Pose, width: int, height: int, shadows: bool = True):
@@ -131,10 +129,10 @@ class StillCamera(Camera):
         self._picture: np.ndarray | None = None
         self._poses = self._read_poses()
         self._boxes = self.boxes()
-        self._owner = self._model.body_rootid[self._model.geom_bodyid[self.geoms]]  # the body that each moves with
+        self._owner = self._model.body_rootid[self._model.geom_bodyid[self.geoms]]  # root body of each geom
 
     def render(self) -> np.ndarray:
-        """Draw the picture (height, width, 3), which stays the camera's."""
+        """Return the picture, (height, width, 3), which remains the camera's."""
         poses, before = self._read_poses(), self._boxes
         moved = (np.abs(poses - self._poses) > _MOVED).any(axis=1)
         self._poses[moved] = poses[moved]
@@ -150,17 +148,17 @@ class StillCamera(Camera):
         return self._picture
 
     def forget(self) -> None:
-        """Have the whole picture drawn anew the next time."""
+        """Redraw the whole picture next time."""
         self._picture = None
 
     def set_scene(self) -> None:
-        """Make the scene that is drawn."""
+        """Update the scene."""
         self.view.update()
         if self._id >= 0 and self._model.camera(self._id).name == EYE:
             raise_walls(self._physics, self.view.scene)
 
     def _changed_parts(self, before: np.ndarray, moved: np.ndarray) -> list[Part]:
-        """Parts of the picture that hold all that has moved, there and in the boxes before."""
+        """Return parts of the picture that cover everything that has moved, at its old and new place."""
         parts: list[Part] = []
         for body in np.unique(self._owner[moved]):
             geoms = moved & (self._owner == body)
@@ -173,18 +171,18 @@ class StillCamera(Camera):
         return [part for part in parts if _area(part)]
 
     def _part_around(self, boxes: np.ndarray) -> Part:
-        """The part of the picture that holds some boxes (n, 4)."""
+        """Return the part of the picture that covers boxes, (n, 4)."""
         size = self.width, self.height
         left, top = np.clip(np.floor(boxes[:, :2].min(axis=0)), 0, size).astype(int).tolist()
         right, bottom = np.clip(np.ceil(boxes[:, 2:].max(axis=0)), 0, size).astype(int).tolist()
         return left, top, right, bottom
 
     def _read_poses(self) -> np.ndarray:
-        """Position and rotation of everything that is drawn, (geoms, 12)."""
+        """Return position and rotation of each geom, (geoms, 12)."""
         return np.concatenate([self._data.geom_xpos[self.geoms], self._data.geom_xmat[self.geoms]], axis=1)
 
     def _redraw(self, left: int, top: int, right: int, bottom: int) -> None:
-        """Draw a part of the picture anew, through the part of the frustum that belongs to it."""
+        """Redraw a part of the picture, through its part of the frustum."""
         with self.only_seen_in((left, top, right, bottom), self._boxes):
             self.set_scene()
         for eye in self.view.scene.camera:
@@ -210,14 +208,14 @@ def _union(one: Part, other: Part) -> Part:
 
 
 class TileLayer(StillCamera):
-    """Lays tiles over the pictures of a camera, behind whatever hides them.
+    """Blends translucent tiles into the pictures of a camera, hidden by what stands before them.
 
-    MuJoCo's own translucent things take the sun from what is below them; so the tiles are drawn apart, as a mask: a
-    picture in which the colour of everything is its number.
+    MuJoCo's translucent geoms shade what is below them. Tiles are therefore drawn separately, as a mask in which the
+    colour of each geom is its number.
     """
 
     def __init__(self, physics: Physics, where: str | Pose, width: int, height: int, still: bool = True):
-        """Set the camera up, see `Camera`; and whether it stands still."""
+        """Set up the camera, see `Camera`; `still` says whether it is fixed."""
         super().__init__(physics, where, width, height, shadows=False)
         self._tiles: Sequence[Tile] = ()
         self._still = still
@@ -226,7 +224,7 @@ class TileLayer(StillCamera):
         flags[flag.mjRND_SKYBOX] = flags[flag.mjRND_REFLECTION] = False
 
     def lay(self, picture: np.ndarray, tiles: Sequence[Tile]) -> None:
-        """Lay tiles over a picture, (height, width, 3), of the present moment."""
+        """Blend tiles into a picture of the present moment, (height, width, 3)."""
         if list(tiles) != list(self._tiles) or not self._still:
             self.forget()
         self._tiles = tiles
@@ -240,13 +238,13 @@ class TileLayer(StillCamera):
         picture[seen] = (picture[seen] * (1.0 - opacity) + colour * opacity).round()
 
     def set_scene(self) -> None:
-        """Make the scene that is drawn, with the tiles."""
+        """Update the scene, with the tiles."""
         super().set_scene()
         draw_tiles(self.view.scene.ptr, self._tiles, first=_FIRST)
 
 
 def draw_tiles(scene: mujoco.MjvScene, tiles: Sequence[Tile], first: int | None = None) -> None:
-    """Add tiles to what a scene has, as there is room; in a mask they are solid, with numbers from `first` on."""
+    """Add tiles to a scene as far as it has room; in a mask they are opaque, with numbers from `first` on."""
     begin = scene.ngeom
     scene.ngeom += min(len(tiles), scene.maxgeom - begin)
     for number, (tile, geom) in enumerate(zip(tiles, scene.geoms[begin:], strict=False)):
@@ -258,7 +256,7 @@ def draw_tiles(scene: mujoco.MjvScene, tiles: Sequence[Tile], first: int | None 
 
 
 def draw_label(scene: mujoco.MjvScene, text: str, place: np.ndarray) -> None:
-    """Write a text above a place, x and y in metres, in a scene that has room for it."""
+    """Add a label above a place, x and y in m, to a scene with room for it."""
     scene.ngeom += 1
     geom, where = scene.geoms[scene.ngeom - 1], (*place[:2], _ABOVE)
     mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_LABEL, np.zeros(3), where, np.eye(3).ravel(), np.ones(4))

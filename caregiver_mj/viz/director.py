@@ -11,8 +11,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, Where
 from caregiver_mj.plans.layout import WALL_HEIGHT
 from caregiver_mj.viz.cameras import FOVY, Pose
-from caregiver_mj.viz.forecast import place_of
-from caregiver_mj.viz.moment import HudState
+from caregiver_mj.viz.moment import HudState, place_of
 
 _TANGENT = math.tan(math.radians(FOVY) / 2)
 _STEEP, _CLOSE_STEEP = math.radians(60.0), math.radians(52.0)  # below the horizon: lines of sight pass over low walls

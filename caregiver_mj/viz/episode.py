@@ -1,4 +1,4 @@
-"""An episode to film: the closed loop of house and caregiver, and what the display shows of it."""
+"""An episode for a film or viewer: the closed loop of house and caregiver, and its display state."""
 
 from __future__ import annotations
 
@@ -13,28 +13,33 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.runner import keep_answers, make_house
 from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.viz import moment
-from caregiver_mj.viz.forecast import Forecast, Tile
 from caregiver_mj.viz.hud import HudState
+from caregiver_mj.viz.moment import Forecast, Tile
 
-_LIFTED = 0.05  # metres above its place at the start from which a candle is in the robot's hand
+_LIFTED = 0.05  # m above its starting height from which a candle counts as in the robot's hand
 
 
 class Episode:
-    """A closed loop that runs as far as one wants to see.
+    """A closed loop that runs up to a requested time.
 
     Attributes:
-        spec: Which one it is: the same, step for step, as an evaluation has.
-        env: The environment, of this package.
-        policy: The caregiver's, which acts in it, or None without a robot.
-        foresees: Whether what the caregiver thinks may be coming is shown.
+        spec: Its specification; it is the same, step for step, as in an evaluation.
+        env: The environment.
+        policy: The caregiver's policy, or None without a robot.
+        foresees: Whether to show the caregiver's predictions.
     """
 
     def __init__(self, spec: EpisodeSpec, foresees: bool = False, answers: str = "", cameras: Sequence[str] = ()):
-        """Begin an episode in a house with some cameras; its caregiver's answers may be given again in its place.
+        """Begin an episode.
+
+        Args:
+            spec: The episode, in the house.
+            foresees: Whether to show the caregiver's predictions.
+            answers: The caregiver's earlier answers, to be replayed in its place; "" for none.
+            cameras: Names of cameras that the house must have.
 
         Raises:
-            CaregiverError: There can be no such episode, or the caregiver does not think of what may be coming, or a
-                camera is missing.
+            CaregiverError: The specification is invalid, the caregiver predicts nothing, or a camera is missing.
         """
         spec.check(replayed=bool(answers))
         self.spec, self.foresees = spec, foresees
@@ -42,19 +47,19 @@ class Episode:
         self.env, self.policy = self._rollout.env, self._rollout.policy
         self.env.physics.check_cameras(cameras)
         self._keeping = keep_answers(self._rollout)
-        self.answers = self._keeping.__enter__()  # for as long as there is the episode
+        self.answers = self._keeping.__enter__()  # for the lifetime of the episode
         self._rollout.begin(spec.own_seed)
         self._rollout.notify()
         self._candle_rest = self._candles()[:, 2]
-        self._trails: list[np.ndarray] = []  # a look each, (children, 2)
-        self._forecast: tuple[Assessment | None, Forecast | None] = None, None  # the last one, and what it is of
+        self._trails: list[np.ndarray] = []  # of the children, (children, 2) at each look
+        self._forecast: tuple[Assessment | None, Forecast | None] = None, None  # the last one, and its source
         if foresees and self.forecast is None:
             raise CaregiverError(
                 "caregiver must predict where children may be, as 'foresight' does, got one that does not"
             )
 
     def run_until(self, seconds: float) -> bool:
-        """Run the simulation up to a time and look at the children; return whether the episode lasts so long."""
+        """Run the simulation up to a time and extend the trails; return whether the episode lasts so long."""
         rollout, period = self._rollout, self.env.control_timestep()
         lasts = rollout.run_on(until=lambda: (rollout.steps + 0.5) * period >= seconds)
         if lasts:
@@ -63,36 +68,36 @@ class Episode:
 
     @property
     def seconds(self) -> float:
-        """How long it has run in the simulated world."""
+        """Simulated time since the start, s."""
         return self._rollout.seconds
 
     @property
     def forecast(self) -> Forecast | None:
-        """What may be coming, if that is shown."""
+        """The caregiver's predictions, if they are shown."""
         assessment = self.policy.assessment if self.policy and self.foresees else None
         if assessment is not self._forecast[0]:
             self._forecast = assessment, Forecast.of(assessment)
         return self._forecast[1]
 
     def tiles(self) -> list[Tile]:
-        """Return it as tiles, to be laid on the floor."""
+        """Return the predictions as tiles on the floor."""
         return self.forecast.tiles(self.env.task.plan, self._candles()) if self.forecast else []
 
     def overview(self) -> tuple[np.ndarray, np.ndarray, float]:
-        """Return where the overview camera is, metres, which way it looks, and after how many metres at the floor."""
+        """Return place and direction of the overview camera, (3,) each, and its distance from the floor ahead, m."""
         camera = self.env.physics.model.ptr.camera("overview")
         ahead = -camera.mat0.reshape(3, 3)[:, 2]
         return camera.pos, ahead, -camera.pos[2] / ahead[2]
 
     def child_to_carried_candle(self) -> float:
-        """Return the least distance (m) of a child from a candle that is in the robot's hand; infinite if none is."""
+        """Return the least distance of a child from a candle in the robot's hand, m; infinite if there is none."""
         candles = self._candles()
         carried = candles[candles[:, 2] > self._candle_rest + _LIFTED, :2]
         offset = carried[:, None] - self._children()  # (candles, children, 2)
         return float(np.linalg.norm(offset, axis=2).min(initial=math.inf))
 
     def hud_state(self, trail_length: int) -> HudState:
-        """Return what the display shows now, with so many of the latest looks at the children as their trails."""
+        """Return the display state, with the latest `trail_length` looks at the children as their trails."""
         trails = self._trails[-trail_length:]
         shown = moment.hud_state(
             self.env.task, self.policy, self._rollout.timestep.observation, self.spec.family, trails, self.env.physics

@@ -1,4 +1,4 @@
-"""Films of episodes in the house, at the speed of the simulated world: the cameras, the page and the file."""
+"""Films of episodes in the house, in real time: cameras, page and file."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ from caregiver_mj.viz.episode import Episode
 from caregiver_mj.viz.moment import HudState
 
 _SMALLEST, _LARGEST = (320, 240), (3840, 2160)  # pixels
-LONGEST = 86_400  # seconds of a film
-FORMATS = ".mp4", ".gif", ".webp"  # of films, by the suffix
-_LOSSY = dict.fromkeys(FORMATS[1:], ("-crf", "8"))  # of what is converted: finer than a film
-_TRAIL_SECONDS = 20.0
-_LEAST_INSET = 60  # pixels of an inset's height, below which nothing could be made out
-_WIDE = 1.5  # width over height from which a picture has room for insets beside the house
-# Sides of round things, their rings, and pixels of the shadow map's side; how high pictures of a whole house may be for
-# the coarse ones.
+LONGEST = 86_400  # s; greatest length of a film
+FORMATS = ".mp4", ".gif", ".webp"  # suffixes of films
+_LOSSY = dict.fromkeys(FORMATS[1:], ("-crf", "8"))  # finer quality for films to convert
+_TRAIL_SECONDS = 20.0  # s; length of the children's trails
+_LEAST_INSET = 60  # pixels; least height of a legible inset
+_WIDE = 1.5  # least ratio of width to height with room for insets beside the house
+# Numbers of slices and stacks of round things, and side of the shadow map, pixels; greatest height of a picture of a
+# whole house with the coarse ones, pixels.
 _FINE, _COARSE, _COARSE_HEIGHT = (22, 8, 2048), (16, 6, 1024), 480
 _OPTIONS = (
     *("-movflags", "+faststart"),
-    # Without this, players take the colours for those of high definition while they are not.
+    # Players would otherwise assume another colour space.
     *("-vf", "scale=out_color_matrix=bt709:out_range=tv"),
     *("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709", "-color_range", "tv"),
 )
@@ -47,16 +47,16 @@ _OPTIONS = (
 
 @dataclasses.dataclass(frozen=True)
 class Picture:
-    """What the pictures of a film are like."""
+    """Size, frame rate and camera of a film."""
 
     width: int = 1280  #: pixels, even
     height: int = 720  #: pixels, even
-    fps: float = 30.0  #: frames a second
-    #: the camera of the large view: one of the model's, or "auto" for the whole house and a close shot of what happens
+    fps: float = 30.0  #: frames per second
+    #: camera of the large view: one of the model's, or "auto" for the whole house with a close-up beside it
     camera: str = AUTO
 
     def check(self) -> None:
-        """Raise CaregiverError unless there can be such pictures."""
+        """Raise CaregiverError unless size and frame rate are valid."""
         for what, smallest, largest in zip(("width", "height"), _SMALLEST, _LARGEST, strict=True):
             size = getattr(self, what)
             if not isinstance(size, int) or size % 2 or not smallest <= size <= largest:
@@ -70,12 +70,15 @@ class Studio:
     """Films an episode."""
 
     def __init__(self, episode: Episode, picture: Picture, trail_length: int):
-        """Set the cameras up, with so many of the latest looks at the children as their trails.
+        """Set up the cameras.
 
-        The camera is one of the house, see `Episode`.
+        Args:
+            episode: The episode, in a house with the picture's camera.
+            picture: Size, frame rate and camera.
+            trail_length: Number of looks at the children in their trails.
 
         Raises:
-            RenderingError: There is no OpenGL to render with.
+            RenderingError: No OpenGL backend works.
         """
         self._episode, self._trail_length = episode, trail_length
         width, height, camera = picture.width, picture.height, picture.camera
@@ -84,17 +87,17 @@ class Studio:
         if camera == AUTO and not self._is_wide:
             camera = "overview"
         quality = physics.model.vis.quality
-        quality.numquads = 1  # lit by the sun alone, boxes look the same and are drawn faster
-        still = camera == AUTO or physics.model.ptr.camera(camera).bodyid == 0  # the world's
+        quality.numquads = 1  # boxes lit by the sun alone look the same and render faster
+        still = camera == AUTO or physics.model.ptr.camera(camera).bodyid == 0  # fixed to the world
         looks = isinstance(episode.policy, OwnPolicy) or (episode.policy and episode.policy.caregiver.needs_pictures)
-        if not looks:  # nobody acts upon pictures
-            # As coarse as nobody sees it: without a graphics card most of the time goes into vertices and shadows.
+        if not looks:  # no policy depends on images
+            # Invisibly coarse: without a graphics card most of the time goes into vertices and shadows.
             fineness = _COARSE if still and height <= _COARSE_HEIGHT else _FINE
             quality.numslices, quality.numstacks, quality.shadowsize = fineness
         physics.fit_pictures(width, height)
         self._page = np.empty((height, width, 3), np.uint8)
         self._page[:] = GROUND
-        self._main = self._page[: hud.strip_top(width, height)]  # nothing hides behind the strip
+        self._main = self._page[: hud.strip_top(width, height)]  # without what the strip hides
         size = width, self._main.shape[0]
         where: str | Pose = camera
         self._column = 0
@@ -110,7 +113,7 @@ class Studio:
         self._insets = {name: Camera(physics, _place(name), *inset_size) for name in beside}
 
     def _inset_names(self, camera: str) -> list[str]:
-        """The cameras shown beside the large one."""
+        """Return the cameras of the insets."""
         if not self._is_wide:
             return []
         known = self._episode.env.physics.camera_names()
@@ -118,7 +121,7 @@ class Studio:
         return [name for name in (beside, "wrist") if name == AUTO or (name in known and name != camera)]
 
     def frame(self) -> np.ndarray:
-        """Render the present moment, (height, width, 3)."""
+        """Return the frame of the present moment, (height, width, 3)."""
         self._main[:] = self._camera.render()
         if self._tiles:
             self._tiles.lay(self._main, self._episode.tiles())
@@ -127,7 +130,7 @@ class Studio:
         return hud.draw(self._page, state, insets, beside=bool(self._column))
 
     def _shown(self, state: HudState) -> list[str]:
-        """Return the insets to show; with the director, the hand while it works and the close shot otherwise."""
+        """Return the insets to show; with the automatic camera the hand while it works, else the close-up."""
         if AUTO not in self._insets:
             return [*self._insets]
         shot = self._insets[AUTO]
@@ -144,7 +147,7 @@ class Studio:
 
 
 def _place(camera: str) -> str | Pose:
-    """Return the first place of a camera; the director moves its own."""
+    """Return the first place of a camera; the automatic one moves."""
     return Pose((0.0, 0.0, 0.0), 1.0, 1.0) if camera == AUTO else camera
 
 
@@ -160,24 +163,24 @@ def render_episode(
     answers: str = "",
     studio: Callable[[Episode, Picture, int], Studio] = Studio,
 ) -> None:
-    """Film an episode, with what the caregiver knows and does on display.
+    """Film an episode, with a display of the caregiver's knowledge and actions.
 
     Args:
         path: The film, `FILE.mp4`, `FILE.gif` or `FILE.webp`.
-        spec: The episode, the same as in an evaluation: in the house, also if its world is the grid.
-        seconds: Length of the film; less if the episode is over before.
+        spec: The episode, as in an evaluation; always in the house, even if its world is the grid.
+        seconds: Greatest length of the film.
         picture: Size, frame rate and camera.
-        overlay: What is laid over the floor, one of `OVERLAYS`: "danger" for where the caregiver thinks that the
-            children may be soon, and what may hurt them. None for nothing.
-        still: Where to put a picture of a telling moment, `FILE.png`: a child nearest to a candle in the robot's
-            hand, or else the middle of the film.
-        quiet: Whether to do without the progress bar.
-        answers: What the caregiver has answered in this episode, to be given again in its place, if anything.
-        studio: Makes what takes the pictures, of the episode, the picture and the length of the trails.
+        overlay: Overlay on the floor, one of `OVERLAYS`: "danger" for the predicted places of the children and the
+            hazards to them; None for nothing.
+        still: Image to write of a telling moment, `FILE.png`: a child nearest to a candle in the robot's hand, or else
+            the middle of the film.
+        quiet: Whether to omit the progress bar.
+        answers: The caregiver's earlier answers in this episode, to be replayed in its place; "" for none.
+        studio: Makes the `Studio`, with its arguments.
 
     Raises:
-        CaregiverError: Something of the above is not possible.
-        RenderingError: There is no OpenGL to render with.
+        CaregiverError: An argument is invalid, or a file cannot be written.
+        RenderingError: No OpenGL backend works.
     """
     picture.check()
     if not (isinstance(seconds, numbers.Real) and 0 < seconds <= LONGEST):
@@ -212,10 +215,10 @@ def render_episode(
 
 @contextlib.contextmanager
 def film_writer(path: pathlib.Path, width: int, height: int, fps: float) -> Iterator[Callable[[np.ndarray], None]]:
-    """Give a function to hand frames (height, width, 3) to. The file appears when the film is complete, and only then.
+    """Yield a function that takes frames, (height, width, 3). The file appears only when the film is complete.
 
     Raises:
-        CaregiverError: It could not be written.
+        CaregiverError: The file cannot be written, or there was no frame.
     """
     unfinished = path.with_name(f".{path.name}.part.mp4")
     options = (*_OPTIONS, *_LOSSY.get(path.suffix.lower(), ()))
@@ -223,7 +226,7 @@ def film_writer(path: pathlib.Path, width: int, height: int, fps: float) -> Iter
 
     def write(frame: np.ndarray) -> None:
         nonlocal writer
-        if writer is None:  # not before: one that never gets a frame complains when it is closed
+        if writer is None:  # not earlier: closing a writer without frames fails
             writer = video_writer(unfinished, width, height, fps, *options)
         writer.send(np.ascontiguousarray(frame))
 
@@ -243,13 +246,13 @@ def film_writer(path: pathlib.Path, width: int, height: int, fps: float) -> Iter
 
 
 def _convert(film: pathlib.Path, path: pathlib.Path) -> None:
-    """Make a finished film what the suffix of its path says, in its place."""
+    """Convert a finished film, in place, to the format of the path's suffix."""
     suffix = path.suffix.lower()
     if suffix == FORMATS[0]:
         return
     palette, made = film.with_suffix(".png"), film.with_suffix(suffix)
     steps: list[list[str]] = [["-c:v", "libwebp_anim", "-loop", "0", "-q:v", "80", str(made)]]
-    if suffix == ".gif":  # in two passes, with the colours of all of it
+    if suffix == ".gif":  # two passes, for the palette of the whole film
         steps = [
             ["-vf", "palettegen=stats_mode=full", "-frames:v", "1", "-update", "1", str(palette)],
             ["-i", str(palette), "-lavfi", "paletteuse=dither=none:diff_mode=rectangle", str(made)],
@@ -267,7 +270,7 @@ def _convert(film: pathlib.Path, path: pathlib.Path) -> None:
 
 
 def _writable(path: str | os.PathLike[str], *suffixes: str) -> pathlib.Path:
-    """The path, once it is sure that a file of such a kind can be written there; a CaregiverError if it cannot."""
+    """Return the path; raise CaregiverError unless a file with one of the suffixes can be written there."""
     check_kind("a file", path, str, os.PathLike)
     path = pathlib.Path(path)
     if path.suffix.lower() not in suffixes:
@@ -277,7 +280,7 @@ def _writable(path: str | os.PathLike[str], *suffixes: str) -> pathlib.Path:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=path.parent):
             pass
-        folder = path.is_dir()  # which also says so if the name is too long
+        folder = path.is_dir()  # fails, too, if the name is too long
     except OSError as error:
         raise CaregiverError(f"'{path}' cannot be written: {error.strerror}") from None
     if folder:

@@ -1,6 +1,6 @@
-"""What the display shows of a moment, read from task, policy and observation, or from the grid.
+"""The state that displays show, read from task, policy and observation, or from the grid, and the predictions in it.
 
-All that a display has to know of those is looked up here and nowhere else.
+No other module of this room reads task, policy or observation.
 """
 
 from __future__ import annotations
@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from caregiver_mj.caregivers.percept import Assessment
 from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.interventions.verb import Mark, verb_of
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, State
-from caregiver_mj.viz.forecast import Forecast
+from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, State, Where
+from caregiver_mj.viz import colours
 
 if TYPE_CHECKING:
     from caregiver_mj.grid.world import GridWorld
@@ -26,57 +27,63 @@ if TYPE_CHECKING:
     from caregiver_mj.policy.policy import CaregiverPolicy
     from caregiver_mj.tasks.base import CareTask
 
-_ABOVE = 0.5  # cells by which a candle in the caregiver's hand is drawn above it
-
 Observation = Mapping[str, np.ndarray]
+
+_ABOVE = 0.5  # cells; height of a candle in the caregiver's hand above it, in the grid's drawing
+SOON = 5  # timesteps; horizon of predicted places; that of hazards is `percept.HORIZON`
+LEAST = 0.02  # least probability to draw
+_THICKNESS = 0.012  # m, of a tile; above rugs and thresholds
+_SIDE = 0.92  # of a tile, in cells
+_PILLAR = 0.75  # m; height of the pillars on hazards, above the tables
+_DENSEST = 0.75  # opacity of a certain event
 
 
 @dataclasses.dataclass(frozen=True)
 class ChildState:
     """A child. Positions are in metres, in the floor plan's frame."""
 
-    position: np.ndarray  # where it is, (2,)
-    # where it has been, (k, 2), newest last
+    position: np.ndarray  # (2,)
+    # earlier positions, (k, 2), newest last
     trail: np.ndarray = dataclasses.field(default_factory=lambda: np.empty((0, 2)))
-    safe: float | None = None  # P(safe|tau), or None if nobody estimates it
-    damage: float = 0.0  # damage that it has taken so far
+    safe: float | None = None  # P(safe|tau), or None without an estimate
+    damage: float = 0.0  # damage so far
     seen: bool = True  # whether the caregiver sees it
 
 
 @dataclasses.dataclass(frozen=True)
 class HudState:
-    """A moment. Positions are in metres, in the floor plan's frame."""
+    """The state of a moment. Positions are in metres, in the floor plan's frame."""
 
     plan: FloorPlan  # the house
     timestep: int  # novice timesteps elapsed
-    family: str  # who the children are, such as "0.5" or "1,0.25"
+    family: str  # the children, such as "0.5" or "1,0.25"
     children: tuple[ChildState, ...]  # the children, at least one
-    candles: np.ndarray  # where the candles are, (candles, 2) or (candles, 3)
+    candles: np.ndarray  # (candles, 2) or (candles, 3)
     damage: float = 0.0  # damage so far, of all children
-    damages: dict[str, float] | None = None  # the same by kind, name to damage, shown if given
-    robot: np.ndarray | None = None  # the caregiver's x, y and, of a robot, yaw in rad; None if there is none
-    danger: np.ndarray | None = None  # expected danger of every hazard, over all children, (hazards,), or None
-    # what that would be at P(safe|tau) = 0 of the least safe child, shown as outlines, or None
+    damages: dict[str, float] | None = None  # damage by kind, if it is to be shown
+    robot: np.ndarray | None = None  # the caregiver's x, y and, of a robot, yaw, rad; None without one
+    danger: np.ndarray | None = None  # expected danger of each hazard, over all children, (hazards,), or None
+    # the same at P(safe|tau) = 0 of the least safe child, shown as outlines, or None
     unsafe_danger: np.ndarray | None = None
-    target: int = NOTHING  # number of the hazard that is being dealt with, or NOTHING
-    # what is pointed at on the plan: a cell is outlined, a candle gets a halo; None for nothing
+    target: int = NOTHING  # number of the hazard under intervention, or NOTHING
+    # mark on the plan: a cell is outlined, a candle gets a halo
     mark: Mark | None = None
-    intervention: str = ""  # what the caregiver is doing, in words
-    forecast: Forecast | None = None  # what may be coming, if that is to be shown
-    gates: Sequence[float] = ()  # how far each gate stands open, radians, (gates,)
+    intervention: str = ""  # the caregiver's activity in words
+    forecast: Forecast | None = None  # the caregiver's predictions, if they are shown
+    gates: Sequence[float] = ()  # opening angle of each gate, rad, (gates,)
     gone: Sequence[int] = ()  # numbers of the hazards that are gone
-    # which free cells the caregiver sees, bool (cells,); None for one that sees everything
+    # whether each free cell is in the caregiver's view, bool (cells,); None with full sight
     in_view: np.ndarray | None = None
 
 
 def child_positions(observation: Observation, physics: Physics) -> np.ndarray:
-    """Return where the children are, also those that are not seen, (children, 2), metres."""
+    """Return the places of all children, seen or not, (children, 2), m."""
     shown = physics.toddler_positions() if "toddler_seen" in observation else observation["toddler_position"]
     return np.atleast_2d(shown)[:, :2].copy()
 
 
 def candle_positions(observation: Observation) -> np.ndarray:
-    """Return where the candles are, (candles, 3), metres."""
+    """Return the places of the candles, (candles, 3), m."""
     return observation.get("candle_position", np.empty((0, 3)))
 
 
@@ -88,9 +95,15 @@ def hud_state(
     trails: Sequence[np.ndarray],
     physics: Physics,
 ) -> HudState:
-    """Return what the display shows of a task; without a robot the policy is None.
+    """Return the display state of a task.
 
-    The trails are where the children have been, (children, 2) each, oldest first.
+    Args:
+        task: The task.
+        policy: The caregiver's policy, None without a robot.
+        observation: The last observation.
+        family: The children.
+        trails: Their earlier places, (children, 2) each, oldest first.
+        physics: The simulation.
     """
     outcome, assessment = task.outcome(), policy.assessment if policy else None
     positions = child_positions(observation, physics)
@@ -114,7 +127,7 @@ def hud_state(
         damages={
             kind.at.split()[-1]: outcome[f"damage_{kind.name}"]
             for kind in KINDS
-            if kind is TABLE or kind in task.plan.hazards.kinds  # there is little room
+            if kind is TABLE or kind in task.plan.hazards.kinds  # room is scarce
         },
         robot=observation.get("base_position"),
         gates=observation.get("gate_position", np.zeros(0)).tolist(),
@@ -129,7 +142,7 @@ def hud_state(
 
 
 def grid_state(world: GridWorld, family: ChildGroup, number: int = 0) -> HudState:
-    """Return what the display shows of one of the grid's episodes, by its number."""
+    """Return the display state of the grid's episode with a number."""
     plan, intervention = world.plan, world.orders[number]
     caregiver = plan.position(plan.caregiver_cells[world.caregiver_cell[number]]) if world.caregiver else None
     moves = zip(world.previous_cell[number], world.child_cell[number], strict=True)
@@ -156,3 +169,71 @@ def grid_state(world: GridWorld, family: ChildGroup, number: int = 0) -> HudStat
         mark=verb_of(intervention.verb).mark(plan, intervention),
         in_view=eyes.in_view()[number] if eyes else None,
     )
+
+
+# -- Predictions -------------------------------------------------------------------------------------
+
+
+@dataclasses.dataclass(frozen=True)
+class Tile:
+    """A translucent block on the floor."""
+
+    centre: tuple[float, float]  # x and y, m
+    half: float  # half of its side, m
+    height: float  # m
+    colour: tuple[int, int, int]  # red, green, blue, 0 to 255
+    opacity: float  # 0 to 1
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Forecast:
+    """A caregiver's predictions for K children."""
+
+    presence: np.ndarray  # probability of each child in each free cell within `SOON` timesteps, (K, free cells)
+    # probability that any child runs into each hazard within `percept.HORIZON` timesteps, (hazards,)
+    harm: np.ndarray
+    # probability that each is on its way to each toy bin, (K, bins); the rest is for other goals
+    goal: np.ndarray
+    epsilon: np.ndarray  # expected share of random moves of each, (K,)
+
+    @classmethod
+    def of(cls, assessment: Assessment | None) -> Forecast | None:
+        """Return the predictions of an assessment, a batch of one; None without a belief."""
+        if assessment is None or (prediction := assessment.prediction) is None:
+            return None
+        harm = 1.0 - np.prod(1.0 - assessment.reach[0], axis=0)
+        epsilon = prediction.epsilon[0] @ prediction.chain.epsilons
+        return cls(prediction.presence(SOON)[0], harm, prediction.toy_bin[0], epsilon)
+
+    def tiles(self, plan: FloorPlan, candles: np.ndarray) -> list[Tile]:
+        """Return tiles for the children's predicted places, and pillars for hazards; opacity shows probability.
+
+        `candles` are the places of the candles, (candles, 2) or more, m.
+        """
+        half = _SIDE * plan.cell_size / 2
+        found = []
+        for cell in np.flatnonzero(self.presence.max(axis=0) >= LEAST).tolist():
+            child = int(self.presence[:, cell].argmax())
+            opacity = strength(self.presence[child, cell])
+            place = tuple(plan.position(plan.free_cells[cell]))
+            found.append(Tile(place, half, _THICKNESS, colours.of_child(child), _DENSEST * opacity))
+        for number in np.flatnonzero(self.harm >= LEAST).tolist():
+            x, y = place_of(plan, number, candles)[:2].tolist()
+            found.append(Tile((x, y), half, _PILLAR, colours.HARM, _DENSEST * strength(self.harm[number])))
+        return found
+
+
+def place_of(plan: FloorPlan, hazard: int, candles: np.ndarray) -> np.ndarray:
+    """Return the place of the hazard with a number, given those of the candles, m."""
+    stairwell = plan.hazards.among(Where.OPENING, hazard)
+    if stairwell != NOTHING:
+        return plan.position(plan.stairwells[stairwell])
+    lying = plan.hazards.among(Where.FLOOR, hazard)
+    if lying != NOTHING:
+        return plan.position(plan.free_cells[plan.floor_cells[lying]])
+    return candles[plan.hazards.among(Where.ON_TABLE, hazard)]
+
+
+def strength(probability: float) -> float:
+    """Return the strength of colour for a probability: its square root, so that small ones are visible."""
+    return float(np.sqrt(probability))

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from caregiver_mj.caregivers.caregiver import PrivilegedCaregiver, Truth
 from caregiver_mj.caregivers.foresight.foresight import (
     ForesightCaregiver,
     KnowsGoalCaregiver,
@@ -22,7 +23,6 @@ from caregiver_mj.caregivers.foresight.value_table import (
 )
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Pace, Percept
-from caregiver_mj.caregivers.privileged import PrivilegedCaregiver, Truth
 from caregiver_mj.children.child_group import ChildGroup, side_by_side
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS, RandomStream
 from caregiver_mj.danger.child_model import EPSILONS, child_chain

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from caregiver_mj.caregivers.caregiver import PrivilegedCaregiver
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
-from caregiver_mj.caregivers.privileged import PrivilegedCaregiver
 from caregiver_mj.caregivers.registry import CAREGIVERS, make_caregiver
 from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.errors import CaregiverError

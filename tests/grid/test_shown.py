@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from caregiver_mj.caregivers import Caregiver
-from caregiver_mj.caregivers.privileged import PrivilegedCaregiver
+from caregiver_mj.caregivers.caregiver import PrivilegedCaregiver
 from caregiver_mj.children.novice import Novice
 from caregiver_mj.grid.world import run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan

@@ -12,8 +12,7 @@ from caregiver_mj.caregivers.foresight import value_table
 from caregiver_mj.caregivers.foresight.value_table import Objective, ValueTable
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.registry import make_caregiver
-from caregiver_mj.caregivers.target_map import Slots
-from caregiver_mj.caregivers.target_observation import Encoder
+from caregiver_mj.caregivers.target_observation import Encoder, Slots
 from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.errors import CaregiverError, FloorPlanError
 from caregiver_mj.grid.world import BareTablesWorld, GridWorld

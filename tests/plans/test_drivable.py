@@ -12,8 +12,8 @@ from random_plans import plan_texts
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.generator import REACH, generate, is_drivable
+from caregiver_mj.plans.routes import yielding
 from caregiver_mj.plans.sets import house_set
-from caregiver_mj.plans.yielding import yielding
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.navigation import Navigator
 

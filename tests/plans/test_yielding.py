@@ -8,8 +8,7 @@ from walks import distances, neighbours
 
 from caregiver_mj.plans.cell_graph import UNREACHABLE
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.routes import RouteTables
-from caregiver_mj.plans.yielding import divisions, yielding
+from caregiver_mj.plans.routes import RouteTables, divisions, yielding
 
 PLANS = plan_texts(largest=12).map(FloorPlan.parse)
 

@@ -4,7 +4,7 @@ import pytest
 
 import caregiver_mj
 from caregiver_mj.caregivers.baselines import NearestCaregiver
-from caregiver_mj.caregivers.privileged import PrivilegedCaregiver
+from caregiver_mj.caregivers.caregiver import PrivilegedCaregiver
 from caregiver_mj.tasks import TaskSpec
 from caregiver_mj.tasks.supervise import Supervise
 

@@ -7,8 +7,8 @@ import sys
 import numpy as np
 import pytest
 
+from caregiver_mj.caregivers.caregiver import PrivilegedCaregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
-from caregiver_mj.caregivers.privileged import PrivilegedCaregiver
 from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.children.random_stream import RandomStream

@@ -11,7 +11,7 @@ from caregiver_mj.viz import colours, hud
 from caregiver_mj.viz.cameras import TileLayer
 from caregiver_mj.viz.episode import Episode
 from caregiver_mj.viz.film import Picture, Studio, render_episode
-from caregiver_mj.viz.forecast import LEAST, Forecast, Tile
+from caregiver_mj.viz.moment import LEAST, Forecast, Tile
 
 HOUSE = "########\n#B..S..#\n#......#\n#.C..T.#\n#...B..#\n########"
 FREE = len(PLAN.free_cells)

@@ -42,9 +42,9 @@ def filmed(monkeypatch, tmp_path):
     def asked_of(runs):
         asked = {}
         monkeypatch.setattr(film, "render_episode", lambda path, spec, **_: asked.update(path=path, spec=spec))
-        made = make_film(runs, tmp_path)
-        assert asked["path"] == made.path == tmp_path / "report.mp4"
-        return asked, made.caption
+        path, caption = make_film(runs, tmp_path)
+        assert asked["path"] == path == tmp_path / "report.mp4"
+        return asked, caption
 
     return asked_of
 

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from caregiver_mj.caregivers.caregiver import Caregiver
+from caregiver_mj.caregivers.caregiver import Caregiver, PrivilegedCaregiver, Truth
 from caregiver_mj.caregivers.foresight.motion import Motion, motion
 from caregiver_mj.caregivers.foresight.option_index import OptionIndex
 from caregiver_mj.caregivers.foresight.options import Cases, Options, Sums, first_of_least, regret
@@ -25,7 +25,6 @@ from caregiver_mj.caregivers.foresight.value_table import (
 )
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Assessment, Percept, Prediction, bare_tables
-from caregiver_mj.caregivers.privileged import PrivilegedCaregiver, Truth
 from caregiver_mj.danger.belief import Belief
 from caregiver_mj.danger.child_model import CHANGE, EPSILONS, child_chain
 from caregiver_mj.interventions.verb import DO_NOTHING, LOOK, STAND_ASIDE, Interventions

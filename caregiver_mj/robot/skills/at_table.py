@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import Cell
-from caregiver_mj.plans.yielding import yielding
+from caregiver_mj.plans.routes import yielding
 from caregiver_mj.robot import geometry
 from caregiver_mj.robot.driver import ARRIVED, ARRIVED_YAW
 from caregiver_mj.robot.geometry import Vector

@@ -1,8 +1,7 @@
-"""The report's figures, which studies use too; their data come as arrays or as plain tables.
+"""Figures of the report and of studies, from arrays or tables.
 
-They are drawn for a column some 400 pixels wide, so that they can be read on a phone as they are. Bars are as in the
-paper's figures 2 to 4; beside them there are the damage that is left, house by house and kind by kind, the toys that
-are kept, how long children go on, and maps of the house.
+They fit a column some 400 pixels wide, to be legible on a phone: bars as in the paper's figures 2 to 4, damage left by
+house and by kind, toys kept, survival curves, and maps.
 """
 
 from caregiver_mj.viz.figures.house_map import HURT, WENT, heat_map

@@ -1,4 +1,4 @@
-"""The house from above, with how often or how much of something in every cell."""
+"""Maps of the house, with a quantity in every cell."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from caregiver_mj.viz.figures.style import STYLE, WIDTH
 from caregiver_mj.viz.hud.cards import FINE
 from caregiver_mj.viz.hud.chart import GroundPlan
 
-# From nothing to most, on the dark ground of a map.
+# Colour scales from zero, on the dark ground of a map.
 WENT = (colours.FLOOR, (52, 78, 118), (128, 138, 126), colours.TODDLER)
 HURT = (colours.FLOOR, (116, 44, 42), colours.DAMAGE, (255, 226, 150))
-_ACROSS = 900  # pixels from side to side, at most
+_ACROSS = 900  # pixels; greatest width
 
 
 def heat_map(plan: FloorPlan, values: np.ndarray, scale: Sequence[Colour], top: float, quantity: str) -> Figure:
-    """Return the house from above, its free cells coloured by values, (free cells,), on a scale from zero to `top`."""
+    """Return a map with free cells coloured by values, (free cells,), on a scale from 0 to `top`."""
     rows, columns = plan.shape
     heat = matplotlib.colors.LinearSegmentedColormap.from_list("heat", [unit(colour) for colour in scale])
-    norm = matplotlib.colors.PowerNorm(0.5, 0, top or 1.0)  # square roots, or a few cells would outshine all others
+    norm = matplotlib.colors.PowerNorm(0.5, 0, top or 1.0)  # square roots, because a few cells have much greater values
     text = unit(colours.TEXT)
     with mpl.rc_context({**STYLE, "axes.grid": False, "text.color": text, "xtick.color": text}):
         below = 0.62  # inches for the colour bar
@@ -48,7 +48,7 @@ def heat_map(plan: FloorPlan, values: np.ndarray, scale: Sequence[Colour], top: 
 
 
 def _house(plan: FloorPlan, shades: np.ndarray) -> Image.Image:
-    """The house as it is at the start, in the films' display's manner, with shades of its free cells, (cells, 4)."""
+    """Return the house at the start in the style of the chart, with shades of its free cells, (cells, 4)."""
     rows, columns = plan.shape
     cell = max(1, _ACROSS // columns)
     ground = GroundPlan(plan, cell, pad=0)
@@ -72,7 +72,7 @@ def _add_colour_bar(axes: Axes, scale: mpl.cm.ScalarMappable, ticks: Sequence[fl
 
 
 def _ticks(top: float) -> np.ndarray:
-    """Round numbers for a scale of square roots."""
+    """Return round numbers for a scale of square roots."""
     if top <= 0:
         return np.zeros(1)
     step = 10.0 ** np.floor(np.log10(top))

@@ -1,4 +1,4 @@
-"""Curves, points and bars of damage, toys and stopped episodes: without a caregiver, with it, and the share left."""
+"""Bars, points and curves of damage, toys and stopped episodes, and of the shares left."""
 
 from __future__ import annotations
 
@@ -34,28 +34,28 @@ from caregiver_mj.viz.figures.style import (
 )
 
 if TYPE_CHECKING:
-    import pandas as pd  # only what is handed in is one
+    import pandas as pd  # for annotations only
 
 
 _SERIES = ((colours.ROBOT, "o"), (colours.BIN, "s"), (colours.STAIRWELL, "^"), (colours.CANDLE, "v"))
-_HIGHEST = 2.0  # share that an interval may take the axis to
+_HIGHEST = 2.0  # share; greatest end of the axis due to an interval
 KINDS = {f"damage_{kind.name}": kind.at for kind in hazards.KINDS}
-_OF_THE_PAPER = 3  # kinds, the first ones; the others are left out where they do no damage
+_OF_THE_PAPER = 3  # number of kinds in the paper, the first ones; others are omitted if they do no damage
 _COLOURS = {f"damage_{kind.name}": kind.colour for kind in hazards.KINDS}
 _WIDTH = 0.37  # of a bar; a pair of bars takes twice that
 _OTHERS = ((colours.BIN, (0, (5, 1.5))), (colours.STAIRWELL, (0, (2, 1))), (colours.CANDLE, (0, (5, 1, 1, 1))))
 
 _ROW, _BARE_ROW = 0.2, 0.15  # inches for a caregiver, with points and without
-_MOST = 2.0  # damage left that is drawn where it is; above that, at the edge
-_MANY = 2000  # points that are drawn as an image, or the file would be too large
-_SPREAD = 0.32  # of the points of a caregiver, to both sides
-_GOLDEN = 0.618034  # multiples of which are spread evenly, however many there are
+_MOST = 2.0  # greatest share left on the axis; greater ones are drawn at its end
+_MANY = 2000  # points; more are drawn as an image, to keep the file small
+_SPREAD = 0.32  # rows; greatest offset of a point from its caregiver's line
+_GOLDEN = 0.618034  # its multiples, modulo 1, are spread evenly
 
 
 def damage_left(novices: Sequence[str], series: Sequence[Series], bare_tables: Series | None = None) -> Figure:
-    """Return the damage as a share of that without a caregiver, a marker with its interval for each novice or family.
+    """Return the share of damage left, a marker with its interval for each novice or family.
 
-    The share that remains with bare tables alone is a line for each of them.
+    A line for each of them shows the share of bare tables only.
     """
     with mpl.rc_context(STYLE):
         figure, axes = single()
@@ -72,7 +72,7 @@ def damage_left(novices: Sequence[str], series: Sequence[Series], bare_tables: S
 
 
 def toys_kept(novices: Sequence[str], series: Sequence[Series], margin: float) -> Figure:
-    """Return toys as a share of those without a caregiver, likewise, and a line where more than a margin is lost."""
+    """Return the same of toys kept, with a line at the margin of loss."""
     with mpl.rc_context(STYLE):
         figure, axes = single(0.8 * HEIGHT)
         known = [mean for one in series for mean in one.mean if np.isfinite(mean)] or [1.0]
@@ -85,7 +85,7 @@ def toys_kept(novices: Sequence[str], series: Sequence[Series], margin: float) -
 
 
 def _of_alone(axes: Axes, novices: Sequence[str], series: Sequence[Series]) -> dict[str, Any]:
-    """Draw means and intervals side by side, with a line where it is as without; return what to explain of them."""
+    """Draw means and intervals side by side, with a line at 1; return the legend's keys."""
     places, (bottom, top) = np.arange(len(novices)), axes.get_ylim()
     published = next((s.published for s in series if s.published is not None), np.full(len(places), np.nan))
     count = len(series) + bool(np.isfinite(published).any())
@@ -108,9 +108,9 @@ def _of_alone(axes: Axes, novices: Sequence[str], series: Sequence[Series]) -> d
 
 
 def bars(novices: Sequence[str], alone: Series, guarded: Series, quantity: str, top: float | None = None) -> Figure:
-    """Return grouped bars of every novice or family without and with the caregiver, in the form of the paper's figures.
+    """Return bars for each novice or family, without and with the caregiver, as in the paper's figures.
 
-    Both series have standard deviations; `top` is the greatest value that there can be, if there is one.
+    Both series must have standard deviations. `top` is the greatest possible value, if there is one.
     """
     with mpl.rc_context(STYLE):
         figure, axes = single()
@@ -119,7 +119,7 @@ def bars(novices: Sequence[str], alone: Series, guarded: Series, quantity: str, 
         for series, colour, offset in ((alone, ALONE, -width / 2), (guarded, GUARDED, width / 2)):
             x = places + offset
             keys[series.label] = axes.bar(x, series.mean, 0.92 * width, color=unit(colour))
-            # No longer than the quantity can be small or great.
+            # Within the range of the quantity.
             ends = np.clip([series.mean - series.sd, series.mean + series.sd], 0.0, top)
             keys["standard deviation"] = axes.errorbar(
                 x, series.mean, np.abs(ends - series.mean), fmt="none", ecolor=FAINT, elinewidth=1, capsize=3
@@ -140,19 +140,21 @@ def bars(novices: Sequence[str], alone: Series, guarded: Series, quantity: str, 
 
 
 def kinds_in(means: pd.DataFrame) -> dict[str, str]:
-    """Return the names of the kinds that a table, as of `kinds`, has something to say of, by their columns."""
+    """Return the names of the kinds to show of a table of means, by column."""
 
-    def does_damage(kind: str) -> bool:  # rows of before there was that kind do not have it
+    def does_damage(kind: str) -> bool:  # rows of older versions may lack the kind
         return f"{kind}_mean" in means and bool(means[f"{kind}_mean"].any())
 
     return {kind: name for i, (kind, name) in enumerate(KINDS.items()) if i < _OF_THE_PAPER or does_damage(kind)}
 
 
 def kinds(means: pd.DataFrame, names: Mapping[str, str], *, caregiver: str = "paper") -> Figure:
-    """Return stacked bars of the damage by what did it, without and with a caregiver, as shares of all damage without.
+    """Return stacked bars of damage by kind, without and with a caregiver, as shares of all damage without.
 
-    The means have a row for each `caregiver` and `family`, with `damage_mean` and that of each of `KINDS`. Families are
-    called by their names; others are left out.
+    Args:
+        means: A row for each `caregiver` and `family`, with `damage_mean` and the mean of each of `KINDS`.
+        names: Names of the families to show.
+        caregiver: The caregiver.
     """
     rows = means.set_index(["caregiver", "family"])
     with mpl.rc_context(STYLE):
@@ -189,10 +191,13 @@ def kinds(means: pd.DataFrame, names: Mapping[str, str], *, caregiver: str = "pa
 def survival(
     episodes: pd.DataFrame, names: Mapping[str, str], caregivers: Sequence[str], *, caregiver: str = "paper"
 ) -> Figure:
-    """Return the share of episodes that are not yet stopped, over time; a panel for each of the families with names.
+    """Return the share of episodes that are not yet stopped, over time, in a panel for each family.
 
-    There is a row an episode, with `caregiver`, `family`, `timesteps_to_threshold` and `stopped`. The curves are those
-    of some caregivers, in their order, of whom one stands out; at most three beside that one, `none` and the floor.
+    Args:
+        episodes: A row an episode, with `caregiver`, `family`, `timesteps_to_threshold` and `stopped`.
+        names: Names of the families.
+        caregivers: The caregivers to show: at most three beside `caregiver`, `none` and the bare-tables baseline.
+        caregiver: The highlighted caregiver.
     """
     looks: dict[str, dict[str, Any]] = {
         "none": {"color": unit(ALONE), "linewidth": 1.8},
@@ -218,7 +223,7 @@ def survival(
 
 
 def going(episodes: pd.DataFrame, time: np.ndarray) -> np.ndarray:
-    """Return the share of episodes that are not stopped at or before some timesteps, (timesteps,)."""
+    """Return the share of episodes that continue after each of some timesteps, (timesteps,)."""
     stop = np.where(episodes["stopped"] > 0, episodes["timesteps_to_threshold"], np.inf)
     return (stop[:, None] > time).mean(axis=0)
 
@@ -233,9 +238,14 @@ def houses(
 ) -> Figure:
     """Return the damage left in every house by every caregiver: a panel for each family, a row for each caregiver.
 
-    There is a row for each house, `caregiver` and `family`, with `damage_left`, NaN where there is no damage; none of a
-    single house. The means have a row for each `caregiver`, in the order in which they are drawn, and `family`, with
-    `damage_left`, `damage_left_ci_low` and `_ci_high`, NaN where there is none. Families without names are left out.
+    Args:
+        by_house: A row for each house, `caregiver` and `family`, with `damage_left`, NaN if undefined; None for a
+            single house.
+        means: A row for each `caregiver`, in the order of the figure, and `family`, with `damage_left`,
+            `damage_left_ci_low` and `_ci_high`, NaN if undefined.
+        names: Names of the families to show.
+        caregiver: The highlighted caregiver.
+        columns: Number of panels side by side.
     """
     caregivers = [name for name in dict.fromkeys(means["caregiver"]) if name not in ("none", BARE_TABLES)]
     row = _ROW if by_house is not None else _BARE_ROW
@@ -263,7 +273,7 @@ def houses(
 def _panel(
     axes: Axes, points: pd.DataFrame, means: pd.DataFrame, caregivers: list[str], main: str, limit: float
 ) -> dict[str, Any]:
-    """Draw a family's points and means; return what to explain of them."""
+    """Draw a family's points and means; return the legend's keys."""
     keys: dict[str, Any] = {}
     for row, name in enumerate(caregivers):
         colour = unit(GUARDED) if name == main else MUTED
@@ -288,7 +298,7 @@ def _panel(
 
 
 def _limit(points: pd.DataFrame, means: pd.DataFrame) -> float:
-    """The right end of the axis: all means and nearly all houses are left of it."""
+    """Return the right end of the axis, beyond all means and nearly all houses."""
     left = points["damage_left"].dropna().to_numpy(float)
     middles = means.loc[means["caregiver"] != "none", ["damage_left", "damage_left_ci_high"]].to_numpy(float)
     wanted = [1.1, *1.03 * middles[np.isfinite(middles)], *([np.quantile(left, 0.97)] if len(left) else [])]

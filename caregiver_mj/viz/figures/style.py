@@ -1,4 +1,4 @@
-"""How all figures look: their style, panels, keys and series, and how they become files."""
+"""Style of all figures, with panels, legends, series and files."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 ALONE, GUARDED = colours.DAMAGE, colours.ROBOT  # without and with the caregiver
 WIDTH, HEIGHT = 4.2, 3.2  # inches
 INK, FAINT, RULE = "#1b212b", "#6b7686", "#dfe3e8"
-MUTED = "#8f99a8"  # of what does not stand out
+MUTED = "#8f99a8"  # of what is not highlighted
 PUBLISHED: dict[str, Any] = {
     "marker": "D",
     "color": "white",
@@ -30,7 +30,7 @@ PUBLISHED: dict[str, Any] = {
     "markersize": 5.5,
     "linestyle": "none",
 }
-REFERENCE_LINE: dict[str, Any] = {  # what remains with bare tables alone
+REFERENCE_LINE: dict[str, Any] = {  # the bare-tables baseline
     "color": INK,
     "linewidth": 1.4,
     "linestyle": (0, (3, 1.5)),
@@ -52,10 +52,10 @@ STYLE: dict[RcKeyType, Any] = {
     "ytick.major.size": 0,
     "legend.frameon": False,
     "legend.fontsize": 9,
-    "svg.hashsalt": "caregiver_mj",  # the same figure is the same file
+    "svg.hashsalt": "caregiver_mj",  # equal figures are equal files
 }
-_LETTERS = 13.5  # of a legend, an inch
-_HANDLE = 4  # letters that a key's handle takes
+_LETTERS = 13.5  # characters per inch of a legend
+_HANDLE = 4  # characters; width of a key's handle
 
 
 def as_bytes(figure: Figure, kind: str) -> bytes:
@@ -73,26 +73,26 @@ def single(height: float = HEIGHT) -> tuple[Figure, Axes]:
 
 
 def panels(titles: Mapping[str, str], columns: int, width: float, height: float) -> tuple[Figure, dict[str, Axes]]:
-    """Return a figure with a panel for each of some keys, row by row, on the same axes.
+    """Return a figure with a panel for each title, row by row, on common axes.
 
-    It is `width` inches wide, and `height` inches high for each row.
+    `width` is that of the figure, `height` that of a row, in inches.
     """
     columns = min(columns, len(titles))
     rows = math.ceil(len(titles) / columns)
     figure = Figure((width, height * rows + 0.55), layout="constrained", facecolor="white")
     grid = np.atleast_1d(figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)).ravel()
-    size = 9.5 if width / columns > WIDTH / 3 else 8.8  # points, or titles side by side would touch
+    size = 9.5 if width / columns > WIDTH / 3 else 8.8  # points; smaller titles in narrow panels
     found = dict(zip(titles, grid, strict=False))
     for key, axes in found.items():
         axes.set_title(titles[key], loc="left", fontsize=size, fontweight="bold", color=INK, pad=4)
     for spare, above in zip(grid[len(titles) :], grid[len(titles) - columns :], strict=False):
         spare.set_visible(False)
-        above.tick_params(labelbottom=True)  # nothing stands below it
+        above.tick_params(labelbottom=True)  # the panel below is missing
     return figure, found
 
 
 def explain(figure: Figure, keys: Mapping[str, Any], most: int = 3) -> None:
-    """Explain the keys above the axes, at most so many in a row, which Matplotlib fills column by column."""
+    """Add a legend above the axes, with at most `most` keys in a row; Matplotlib fills it column by column."""
     columns = min(most, len(keys))
     while columns > 1 and _letters(list(keys), columns) > _LETTERS * figure.get_figwidth():
         columns -= 1
@@ -104,17 +104,17 @@ def explain(figure: Figure, keys: Mapping[str, Any], most: int = 3) -> None:
 
 
 def _letters(names: list[str], columns: int) -> int:
-    """How wide a row of keys is: of each column the longest name, and its handle."""
+    """Return the width of a legend in characters: the longest name of each column, and its handle."""
     return sum(max(map(len, names[i::columns])) + _HANDLE for i in range(columns))
 
 
 @dataclasses.dataclass(frozen=True)
 class Series:
-    """A quantity for each novice or family; all arrays have that length, NaN where there is no number."""
+    """A quantity for each novice or family, (families,) each, NaN if undefined."""
 
-    label: str  # what it is called in the legend
+    label: str  # name in the legend
     mean: np.ndarray  # means
     low: np.ndarray  # lower ends of their intervals
-    high: np.ndarray  # upper ends, NaN also where an interval has none
-    sd: np.ndarray | None = None  # standard deviations, if they are to be shown
-    published: np.ndarray | None = None  # the paper's means, if it has any
+    high: np.ndarray  # upper ends, NaN also if unbounded
+    sd: np.ndarray | None = None  # standard deviations, if they are shown
+    published: np.ndarray | None = None  # the paper's means, if any

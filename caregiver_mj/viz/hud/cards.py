@@ -1,4 +1,4 @@
-"""What the display is drawn with: lengths and letters, and cards, the dark grounds that they stand on."""
+"""Drawing tools of the display: lengths, text, and cards, which are its dark backgrounds."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from PIL import Image, ImageDraw, ImageFont
 
 from caregiver_mj.viz.colours import GROUND, Colour
 
-LABEL, TRACK = (158, 168, 182), (56, 64, 78)  # fainter letters, and the empty part of a gauge
+LABEL, TRACK = (158, 168, 182), (56, 64, 78)  # colours of labels, and of the empty part of a gauge
 Box = tuple[int, int, int, int]  # left, top, right, bottom, in pixels
-SMALLEST_FONT = 11  # pixels, whatever the frame
-FINE = 3  # text and the plan are drawn this many times larger and averaged, since Pillow does not smooth edges
-_DESIGN_HEIGHT = 720  # pixels; lengths of the design are for a frame this high
+SMALLEST_FONT = 11  # pixels, in any frame
+FINE = 3  # scale at which text and plan are drawn before averaging; Pillow does not smooth edges
+_DESIGN_HEIGHT = 720  # pixels; height of the frame for which lengths are designed
 
 
 @functools.lru_cache(maxsize=16)
 def card(size: tuple[int, int], radius: int, opacity: int) -> tuple[Image.Image, Image.Image]:
-    """Return a dark card with round corners, and its opacity (of 255); neither is to be drawn on, for they are kept."""
+    """Return a dark card with round corners, and its opacity, 0 to 255. Do not draw on them: they are cached."""
     mask = Image.new("L", (size[0] * FINE, size[1] * FINE))
     ImageDraw.Draw(mask).rounded_rectangle((0, 0, mask.width - 1, mask.height - 1), radius * FINE, fill=opacity)
     return Image.new("RGB", size, GROUND), mask.reduce(FINE)
 
 
 def put(frame: np.ndarray, box: Box, paint: Callable[[Image.Image], None]) -> None:
-    """Let `paint` draw on a part of the frame."""
+    """Draw on a part of the frame with `paint`."""
     left, top, right, bottom = box
     region = Image.fromarray(frame[top:bottom, left:right])
     paint(region)
@@ -36,19 +36,19 @@ def put(frame: np.ndarray, box: Box, paint: Callable[[Image.Image], None]) -> No
 
 
 def side(width: int, height: int) -> float:
-    """Return how wide, in pixels, something at the left or right edge of a frame may be."""
+    """Return the greatest width of an inset at the left or right edge of a frame, pixels."""
     return width * (0.2 if width > 1.5 * height else 0.24)
 
 
 @dataclasses.dataclass(frozen=True)
 class Scale:
-    """Turns lengths of the design into pixels of a frame."""
+    """Converts lengths of the design to pixels of a frame."""
 
     factor: float
 
     @classmethod
     def of(cls, height: int) -> Scale:
-        """Return that of a frame this high, in pixels."""
+        """Return the scale of a frame with a height in pixels."""
         return cls(height / _DESIGN_HEIGHT)
 
     def px(self, length: float) -> int:
@@ -73,7 +73,7 @@ def write(
     align: float = 0.0,
     outline: Colour | None = None,
 ) -> None:
-    """Write a line with its baseline at a point that is its left end (align 0), middle (0.5) or right end (1)."""
+    """Write a line; its baseline begins (align 0), is centred (0.5) or ends (1) at a point."""
     x, y = round(at[0] - align * width_of(text, size)), round(at[1]) - size
     if outline:
         image.paste(outline, (x - 1, y), _mask(text, size, 1))
@@ -82,7 +82,7 @@ def write(
 
 @functools.lru_cache(maxsize=512)
 def fit(texts: tuple[str, ...], size: int, width: int) -> str:
-    """Return the first of some texts that fits into a width, or as much of the last as does."""
+    """Return the first of some texts that fits into a width, or the last one, shortened."""
     for text in texts:
         if width_of(text, size) <= width:
             return text
@@ -98,21 +98,21 @@ def _font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
 
 @functools.lru_cache(maxsize=2048)
 def _mask(text: str, size: int, outline: int = 0) -> Image.Image:
-    """Text as coverage, drawn large and averaged: small letters keep their spacing that way.
+    """Return a text as a mask, drawn large and averaged, which keeps the spacing of small letters.
 
-    The baseline lies one font size below the upper edge.
+    The baseline is one font size below the upper edge.
     """
     font = _font(size * FINE)
     width = width_of(text, size) + 2 * outline
     mask = Image.new("L", (width * FINE, (size + size // 2) * FINE))
-    stroke = 0.6 + outline * FINE  # a little weight makes thin letters stand out on moving pictures
+    stroke = 0.6 + outline * FINE  # bolder letters are more legible in a film
     ImageDraw.Draw(mask).text((outline * FINE, size * FINE), text, 255, font, anchor="ls", stroke_width=stroke)
     return mask.reduce(FINE)
 
 
 @dataclasses.dataclass(frozen=True)
 class Area:
-    """Where two rows of text may stand, in pixels: from where the upper one begins to the baseline of the lower."""
+    """The area of two rows of text, in pixels, from the top of the upper one to the baseline of the lower."""
 
     left: int
     right: int
@@ -136,7 +136,7 @@ class Area:
 
     @property
     def large(self) -> int:
-        """Size of what matters most."""
+        """Size of the most important value."""
         return self.scale.font(24)
 
     @property

@@ -1,4 +1,4 @@
-"""The house from above: what stands still is drawn once, what moves in every frame."""
+"""The chart: the house from above. Fixed things are drawn once, moving ones in every frame."""
 
 from __future__ import annotations
 
@@ -15,30 +15,33 @@ from caregiver_mj.plans.hazards import Where
 from caregiver_mj.robot.geometry import Pose, to_world
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.colours import GROUND, TEXT, Colour, mix
-from caregiver_mj.viz.forecast import LEAST, Forecast, place_of, strength
 from caregiver_mj.viz.hud import cards
 from caregiver_mj.viz.hud.cards import FINE, SMALLEST_FONT, Scale, fit, width_of, write
-from caregiver_mj.viz.moment import ChildState, HudState
+from caregiver_mj.viz.moment import LEAST, ChildState, Forecast, HudState, place_of, strength
 
-_OPACITY = 232  # of 255
-_LABELLED_CELL = 16  # pixels; names would hide what is in smaller cells
+_OPACITY = 232  # 0 to 255
+_LABELLED_CELL = 16  # pixels; least side of a cell with a name in it
 _TRAIL_WIDTH = 0.14  # cells
-_LABELS = {Where.OPENING: 0.3, Where.ON_TABLE: 0.85, Where.FLOOR: 0.5}  # cells below: within, below a flame or a disc
-Square = tuple[float, float, float, float]  # left, top, right, bottom, in pixels of the fine drawing
-_TREADS = 4  # of a stairwell
+_LABELS = {
+    Where.OPENING: 0.3,
+    Where.ON_TABLE: 0.85,
+    Where.FLOOR: 0.5,
+}  # cells; names' baselines below the places
+Square = tuple[float, float, float, float]  # left, top, right, bottom, pixels of the fine drawing
+_TREADS = 4  # lines of a stairwell
 
 
 class Chart:
-    """The card of a house, in frames of some size.
+    """The card with the chart of a house.
 
     Attributes:
-        box: Where it lies in the frame.
+        box: Its place in the frame.
     """
 
     def __init__(self, plan: FloorPlan, width: int, height: int, alone: bool = False):
-        """Draw what stands still, for frames of a size in pixels.
+        """Draw the fixed things, for frames of a size in pixels.
 
-        Alone, with nothing else in the frame, it fills that and its caption says more.
+        An `alone` chart fills the frame, and its caption has more.
         """
         scale = Scale.of(height)
         rows, columns = plan.shape
@@ -90,7 +93,7 @@ class Chart:
             self._draw_child(canvas, child, colours.of_child(number))
 
     def _draw_floor(self, canvas: ImageDraw.ImageDraw, state: HudState) -> None:
-        """What the caregiver sees of it, if not everything, and what it thinks may be coming."""
+        """Draw the caregiver's view, if it is partial, and its predictions."""
         if state.in_view is not None:
             for cell in np.flatnonzero(state.in_view).tolist():
                 canvas.rectangle(self._ground.square(state.plan.free_cells[cell]), mix(colours.FLOOR, TEXT, 0.2))
@@ -98,7 +101,7 @@ class Chart:
             self._draw_forecast(canvas, state, state.forecast)
 
     def _draw_forecast(self, canvas: ImageDraw.ImageDraw, state: HudState, forecast: Forecast) -> None:
-        """Where the children may be, where they may be hurt, and a frame round toy bins that they may be going to."""
+        """Draw the children's predicted places, hazards to them, and frames round their probable toy bins."""
         plan, ground = state.plan, self._ground
         for cell in np.flatnonzero(forecast.presence.max(axis=0) >= LEAST).tolist():
             child = int(forecast.presence[:, cell].argmax())
@@ -115,7 +118,7 @@ class Chart:
                 canvas.rectangle(ground.square(place), outline=TEXT, width=width)
 
     def _draw_child(self, canvas: ImageDraw.ImageDraw, child: ChildState, colour: Colour) -> None:
-        """A disc; a ring if it is not seen."""
+        """Draw a disc, or a ring for an unseen child."""
         x, y = self._ground.pixel(child.position)
         r = 0.34 * self._ground.unit
         canvas.ellipse((x - r, y - r, x + r, y + r), colour, outline=GROUND, width=FINE)
@@ -131,7 +134,7 @@ class Chart:
             canvas.line((*start, *end), fresh, width=width)
 
     def _draw_gate(self, canvas: ImageDraw.ImageDraw, frame: Pose, angle: float) -> None:
-        """The fences beside a landing, and the gate between them as far open as it is, radians."""
+        """Draw the fences beside a landing, and the gate between them at its angle, rad."""
         (front, side), length, _ = layout.gate()
         end = front + length * math.sin(angle), side - length * math.cos(angle)
         for line in (((front, side), (-front, side)), ((front, -side), (-front, -side)), ((front, side), end)):
@@ -162,13 +165,13 @@ class Chart:
     def _write_at(
         self, chart: Image.Image, position: np.ndarray, low: float, text: str, outline: Colour | None = None
     ) -> None:
-        """Write with the baseline some share of a cell below a point."""
+        """Write with the baseline `low` cells below a point."""
         x, y = (coordinate / FINE for coordinate in self._ground.pixel(position))
         ink = GROUND if outline is None else TEXT
         write(chart, (x, y + low * self._ground.cell), text, SMALLEST_FONT, ink, align=0.5, outline=outline)
 
     def _write_caption(self, chart: Image.Image, state: HudState) -> None:
-        """Write what the house is called, as much as there is room for, and who the children are."""
+        """Write the name of the house, shortened if necessary, and the children."""
         small, right, name = self._small, chart.width - self._pad, state.plan.name
         room = right - self._pad
         family = f"{'children' if ':' in state.family else 'epsilon'} {state.family.replace(',', ', ')}"
@@ -183,28 +186,28 @@ class Chart:
 
 
 class GroundPlan:
-    """Draw the house once, `FINE` times larger than it is shown, and says where in that drawing things are.
+    """Draws a house `FINE` times larger than shown, and converts places to pixels of that drawing.
 
     Attributes:
         plan: The house.
-        cell: Side of a cell as it is shown, pixels.
+        cell: Side of a cell as shown, pixels.
         unit: Side of a cell in the fine drawing, pixels.
     """
 
     def __init__(self, plan: FloorPlan, cell: int, pad: int):
-        """Prepare a drawing, with a rim of `pad` pixels around the house as it is shown."""
+        """Prepare a drawing with a rim of `pad` pixels, as shown, around the house."""
         self.plan, self.cell, self.unit = plan, cell, cell * FINE
         self._pad = pad
 
     def pixel(self, position: np.ndarray) -> tuple[float, float]:
-        """Return where a point in metres, of which the first two numbers count, lies in the fine drawing."""
+        """Return the pixel of a point (2 or more), m, in the fine drawing."""
         rows, columns = self.plan.shape
         x = float(position[0]) / self.plan.cell_size + columns / 2
         y = rows / 2 - float(position[1]) / self.plan.cell_size
         return (x * self.cell + self._pad) * FINE, (y * self.cell + self._pad) * FINE
 
     def square(self, cell: Cell) -> Square:
-        """Return what a cell covers in the fine drawing."""
+        """Return the square of a cell in the fine drawing."""
         x, y = self.pixel(self.plan.position(cell))
         r = self.cell * FINE / 2
         return x - r, y - r, x + r - 1, y + r - 1
@@ -227,7 +230,7 @@ class GroundPlan:
         return drawn
 
     def draw_candle(self, canvas: ImageDraw.ImageDraw, position: np.ndarray, colour: Colour, halo: bool) -> None:
-        """Draw a flame, a drop with its tip up, at a place in metres; with a halo if it is pointed at."""
+        """Draw a flame, a drop with its tip up, at a place in m, on request with a halo."""
         x, y = self.pixel(position)
         r = 0.21 * self.unit
         if halo:
@@ -239,7 +242,7 @@ class GroundPlan:
         canvas.ellipse((x - 0.45 * r, y - 0.35 * r, x + 0.45 * r, y + 0.55 * r), colours.FLAME)
 
     def draw_disc(self, canvas: ImageDraw.ImageDraw, position: np.ndarray, colour: Colour) -> None:
-        """Draw what lies on the floor, a disc with a rim, at a place in metres."""
+        """Draw a thing on the floor, a disc with a rim, at a place in m."""
         x, y = self.pixel(position)
         r = 0.16 * self.unit
         canvas.ellipse((x - r, y - r, x + r, y + r), colour, outline=mix(colour, GROUND, 0.5), width=FINE)

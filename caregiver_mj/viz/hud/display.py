@@ -1,4 +1,4 @@
-"""Puts the display together, with the card that explains what is laid over the floor."""
+"""The whole display, with the legend of the overlay on the floor."""
 
 from __future__ import annotations
 
@@ -13,17 +13,16 @@ from caregiver_mj.caregivers.percept import HORIZON
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.colours import GROUND, TEXT, Colour, mix
-from caregiver_mj.viz.forecast import SOON, Forecast
 from caregiver_mj.viz.hud import cards
 from caregiver_mj.viz.hud.cards import Scale, fit, write
 from caregiver_mj.viz.hud.chart import Chart
 from caregiver_mj.viz.hud.strip import draw_strip, strip_box
-from caregiver_mj.viz.moment import HudState
+from caregiver_mj.viz.moment import SOON, Forecast, HudState
 
-_CELL, _RIM = 8, 40  # pixels, of a cell and of what is around the house, in the smallest picture of the plan alone
-_OPACITY = 232  # of 255
-_PERCENT = (2, 10, 50, 100)  # that are named
-_NARROW = 150  # pixels of a scale, on which every other one is named
+_CELL, _RIM = 8, 40  # pixels; least side of a cell, and rim of the house, in a picture of the plan alone
+_OPACITY = 232  # 0 to 255
+_PERCENT = (2, 10, 50, 100)  # labels of a scale
+_NARROW = 150  # pixels; width of a scale up to which every other label is left out
 
 
 def draw(
@@ -31,8 +30,11 @@ def draw(
 ) -> np.ndarray:
     """Draw the display on a copy of a frame, uint8 (height, width, 3).
 
-    Insets are smaller views with their captions, along the right edge from the upper corner down; `inset_size` says how
-    large they are best. The plan is in the left upper corner, or below the insets if it is to be beside the house.
+    Args:
+        frame: The frame.
+        state: The state to show.
+        insets: Smaller views with captions, placed along the right edge from the top; `inset_size` is their best size.
+        beside: Whether the plan is below the insets, instead of in the upper left corner.
     """
     height, width = frame.shape[:2]
     drawn = frame.copy()
@@ -55,9 +57,9 @@ def draw(
 
 
 def draw_plan(state: HudState, width: int, height: int) -> np.ndarray:
-    """Draw the floor plan alone, with what moves on it: uint8 (height, width, 3), in pixels."""
+    """Return a picture of the floor plan alone with its moving things, uint8 (height, width, 3)."""
     rows, columns = state.plan.shape
-    # Drawn so much larger that a cell is wide enough to draw in.
+    # Drawn larger if cells would be too small.
     times = max(1, *(math.ceil((_CELL * n + _RIM) / side) for n, side in ((columns, width), (rows, height))))
     drawn = np.full((times * height, times * width, 3), GROUND, np.uint8)
     chart = _chart(state.plan, times * width, times * height, alone=True)
@@ -66,18 +68,18 @@ def draw_plan(state: HudState, width: int, height: int) -> np.ndarray:
 
 
 def strip_top(width: int, height: int) -> int:
-    """Return the row of pixels below which the card along the lower edge covers a frame of this size."""
+    """Return the first row of pixels that the card along the lower edge of a frame covers."""
     return strip_box(width, height)[1]
 
 
 def inset_size(width: int, height: int) -> tuple[int, int]:
-    """Return the width and height in pixels of an inset that leaves a frame of this size its middle."""
+    """Return the width and height of an inset that leaves the middle of a frame free, pixels."""
     inset_width = round(cards.side(width, height))
     return inset_width, round(inset_width * 0.72)
 
 
 def column_inset_size(width: int, height: int, column: int, plan: FloorPlan, legend: bool) -> tuple[int, int]:
-    """Return the same of an inset in a column beside the house, where the plan, maybe with its legend, is below it."""
+    """Return those of an inset in a column beside the house, above the plan and, on request, its legend."""
     scale = Scale.of(height)
     margin = scale.px(12)
     _, top, _, bottom = _chart(plan, width, height).box
@@ -96,7 +98,7 @@ def _draw_inset(image: Image.Image, caption: str, picture: np.ndarray, scale: Sc
 
 
 def _draw_legend(frame: np.ndarray, above: cards.Box, state: HudState, forecast: Forecast) -> None:
-    """Draw the card below that of the house, as wide."""
+    """Draw the card below the chart, equally wide."""
     scale = Scale.of(len(frame))
     px, small, who = scale.px, scale.font(13), "child" if len(state.children) == 1 else "children"
     pad, key = px(10), _key_height(scale)
@@ -128,7 +130,7 @@ def _legend_height(scale: Scale) -> int:
 
 
 def _draw_key(card: Image.Image, scale: Scale, top: int, wordings: tuple[str, ...], colour: Colour) -> None:
-    """What a colour means, and how strong it is for which probability."""
+    """Draw the meaning of a colour, with a scale of probability."""
     px, small, pad = scale.px, scale.font(13), scale.px(10)
     width, line = card.width - 2 * pad, top + small
     write(card, (pad, line), fit(wordings, small, width), small, TEXT)
@@ -137,11 +139,11 @@ def _draw_key(card: Image.Image, scale: Scale, top: int, wordings: tuple[str, ..
     ramp = np.broadcast_to(ramp.round().astype(np.uint8), (px(8), width, 3))
     card.paste(Image.fromarray(np.ascontiguousarray(ramp)), (pad, line + px(5)))
     for percent in _PERCENT if width > _NARROW else _PERCENT[1::2]:
-        share = (percent / 100) ** 0.5  # as in `forecast.strength`
+        share = (percent / 100) ** 0.5  # as in `moment.strength`
         x, align = pad + share * width, 1.0 if percent == 100 else 0.5
         text = f"{percent} %" if percent == 100 else str(percent)
         ink = mix(TEXT, colours.GROUND, 0.3)
         write(card, (x, line + px(5) + px(8) + small), text, scale.font(11), ink, align)
 
 
-_chart = functools.lru_cache(maxsize=8)(Chart)  # what stands still in frames of some size is drawn once
+_chart = functools.lru_cache(maxsize=8)(Chart)  # drawn once for a house and a size of frames

@@ -1,4 +1,4 @@
-"""The card along the lower edge: time and P(safe) on the left, expected danger, then deeds and damage on the right."""
+"""The card along the lower edge, from left: timestep and P(safe), expected danger, intervention and damage."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from caregiver_mj.viz.hud import cards
 from caregiver_mj.viz.hud.cards import LABEL, TRACK, Area, Box, Scale, fit, width_of, write
 from caregiver_mj.viz.moment import ChildState, HudState
 
-_OPACITY = 210  # of 255
+_OPACITY = 210  # 0 to 255
 _SAFE = "P(SAFE)"
-_FULL_BAR = 1.0  # expected danger of a full bar, unless one is greater
+_FULL_BAR = 1.0  # expected danger of a full bar, unless another is greater
 
 
 def strip_box(width: int, height: int) -> Box:
-    """Return where the card lies in a frame of a size in pixels."""
+    """Return the box of the card in a frame of a size in pixels."""
     scale = Scale.of(height)
     margin, card_height = scale.px(12), 2 * Area(0, 0, 0, 0, scale).row + 2 * scale.px(14)
     return margin, height - margin - card_height, width - margin, height - margin
@@ -46,7 +46,7 @@ def draw_strip(frame: np.ndarray, state: HudState) -> None:
 
 
 def _draw_gauges(image: Image.Image, area: Area, state: HudState) -> None:
-    """Draw the timestep above P(safe), which is that of each child."""
+    """Draw the timestep, and below it P(safe) of each child."""
     elapsed = state.timestep / EPISODE_TIMESTEPS
     _gauge(image, area, area.top, "TIMESTEP", f"{state.timestep} / {EPISODE_TIMESTEPS}", elapsed, LABEL)
     lower = area.top + area.row
@@ -65,7 +65,7 @@ def _gauge(image: Image.Image, area: Area, top: int, label: str, value: str, sha
 
 
 def _gauges(image: Image.Image, area: Area, top: int, children: tuple[ChildState, ...]) -> None:
-    """One label, and beside it a narrow gauge for each child: its number, its value if there is room, and its bar."""
+    """Draw a label, and beside it a narrow gauge for each child: number, value if there is room, and bar."""
     small, gap, line = area.small, area.scale.px(8), top + area.medium
     start, label = area.left, width_of(_SAFE, small) + gap
     if label + len(children) * (width_of("8", small) + gap) <= area.width:
@@ -93,7 +93,7 @@ def _bar(image: Image.Image, area: Area, line: int, left: int, right: int, share
 
 
 def _draw_bars(image: Image.Image, area: Area, state: HudState) -> None:
-    """Draw the bars of all hazards, or of the greatest ones if there is not room for all; none if nobody estimates."""
+    """Draw the bars of all hazards, or of the greatest ones if room is scarce; none without an estimate."""
     danger = np.empty(0) if state.danger is None else np.asarray(state.danger, float)
     if not len(danger):
         return
@@ -113,11 +113,11 @@ def _draw_bars(image: Image.Image, area: Area, state: HudState) -> None:
         right, middle = left + width, left + width / 2
         top, outline = (base - round((base - ceiling) * value / full) for value in (danger[number], unsafe[number]))
         image.paste(TRACK, (left, base, right, base + 1))
-        if outline < base:  # what it would be if the children were surely unsafe
+        if outline < base:  # at P(safe) = 0
             image.paste(colour, (left, outline, right, base))
             image.paste(GROUND, (left + 1, min(outline + 1, base), right - 1, base))
         image.paste(colour, (left, top, right, base))
-        if is_target:  # its value above the bar, and a bright ground for its name
+        if is_target:  # with its value above the bar, and its name on a bright ground
             value = _few_digits(danger[number])
             write(image, (middle, min(top, outline) - px(3)), value, area.small, TEXT, align=0.5)
             half = width_of(hazard.label, area.small) // 2 + px(4)
@@ -130,18 +130,18 @@ def _shown(area: Area, unsafe: np.ndarray, target: int) -> np.ndarray:
     room = area.width // (width_of("C88", area.small) + area.scale.px(8))
     if len(unsafe) <= room:
         return np.arange(len(unsafe))
-    rank = np.where(np.arange(len(unsafe)) == target, np.inf, unsafe)  # the target is always in sight
+    rank = np.where(np.arange(len(unsafe)) == target, np.inf, unsafe)  # the target is always shown
     return np.sort(np.argsort(-rank, kind="stable")[:room])
 
 
 def _few_digits(danger: float) -> str:
     if danger == 0.0:
-        return ""  # nobody can bump into a candle in the robot's hand
+        return ""  # as for a candle in the robot's hand
     return f"{danger:.2f}" if danger >= 0.005 else "< 0.01"
 
 
 def _draw_deeds(image: Image.Image, area: Area, state: HudState) -> None:
-    """Draw the caregiver's intervention above the damage: the sum, that of each child, and that of each kind."""
+    """Draw the caregiver's intervention, and below it the damage: the sum, of each child, and of each kind."""
     small, medium, px = area.small, area.medium, area.scale.px
     who = "CAREGIVER" if state.robot is not None else "NO CAREGIVER"
     line = area.top + small
@@ -161,7 +161,7 @@ def _draw_deeds(image: Image.Image, area: Area, state: HudState) -> None:
 
 
 def _write_children(image: Image.Image, area: Area, x: int, state: HudState) -> int:
-    """Write the damage of each child, in its colour; return where that ends."""
+    """Write the damage of each child in its colour; return the x of its end."""
     for number, child in enumerate(state.children):
         text = f"{number + 1}: {child.damage:g}"
         if x + width_of(text, area.small) > area.right:
@@ -173,7 +173,7 @@ def _write_children(image: Image.Image, area: Area, x: int, state: HudState) -> 
 
 
 def _write_kinds(image: Image.Image, area: Area, x: int, damages: Mapping[str, float]) -> None:
-    """Write the damage of each kind that has done any from the right, as many as there is room for."""
+    """Write the damage of each kind with any, right-aligned, as many as there is room for."""
     done = sorted((item for item in damages.items() if item[1]), key=lambda item: -item[1])
     each = [f"{kind.capitalize()} {value:g}" for kind, value in done]
     texts = ["   ".join(each[:count]) for count in range(len(each), -1, -1)]

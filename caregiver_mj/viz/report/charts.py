@@ -1,4 +1,4 @@
-"""The figures of a run as in the paper, maps of the house, and how figures go into a page."""
+"""The paper's figures of a run, maps of the house, and figures as part of a page."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from caregiver_mj.viz.report.words import TITLES, UNITS, in_lines
 
 @dataclasses.dataclass(frozen=True)
 class Picture:
-    """A figure: the name of its files, and what to say about it."""
+    """A figure with the name of its files and its caption."""
 
     name: str
     svg: bytes
@@ -56,7 +56,7 @@ def charts(run: Run) -> list[Picture]:
 
 
 def left_series(run: Run, caregiver: str, label: str, families: Sequence[str], of: str = "damage") -> Series:
-    """Return the share of the damage, or of the toys reached, that a caregiver leaves with each of some families."""
+    """Return the share of damage, or of toys reached, that a caregiver leaves with each of some families."""
     rows = [run.comparison(caregiver, "none", family) or {} for family in families]
     mean, low, high = _numbers(rows, f"{of}_left", ("", "_ci_low", "_ci_high"))
     return Series(label, mean, low, high, published=published.left(run, families) if of == "damage" else None)
@@ -75,7 +75,7 @@ def _numbers(rows: Sequence[dict[str, Any]], stem: str, ends: tuple[str, ...]) -
 
 
 def maps(run: Run) -> list[Picture]:
-    """Return pictures of both, without and with the caregiver, on one scale."""
+    """Return maps of visits and of damage, without and with the caregiver, each on one scale."""
     pictures = []
     for column, quantity, scale, caption in (
         ("visits", "timesteps an episode", figures.WENT, f"Where {run.nouns['whom']} went"),
@@ -92,7 +92,7 @@ def maps(run: Run) -> list[Picture]:
 
 
 def mean_map(run: Run, caregiver: str, column: str) -> np.ndarray:
-    """Return what an episode adds to a map's column on average, over all families, for each free cell."""
+    """Return the mean of a map's column per episode, over all families, for each free cell."""
     cells = run.maps[run.maps.caregiver == caregiver].groupby(["row", "column"])[column].sum()
     values = cells / (run.settings.episodes * len(run.families))
     return values.loc[list(run.settings.plan.free_cells)].to_numpy()

@@ -1,4 +1,4 @@
-"""The child's side: its toys, what the caregiver denies it, and how long it goes on."""
+"""The child's side: toys, denied moves, and time until the stop."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from caregiver_mj.viz.report.run import Run
 from caregiver_mj.viz.report.words import Table, family_name, if_bracketed, in_lines
 
 MARGIN = MARGINS["toys_reached"]
-_RIVALS = 3  # other caregivers in a figure
+_RIVALS = 3  # number of other caregivers in a figure
 
 
 def child(run: Run) -> dict[str, Any]:
-    """Return figures and tables."""
+    """Return the figures and tables."""
     shown = (run.caregiver, *run.rivals(_RIVALS))
     lines = {family: in_lines(family) for family in run.families}
     names = {family: family_name(family) for family in run.families}
@@ -40,17 +40,17 @@ def child(run: Run) -> dict[str, Any]:
 
 
 def _toys_verdicts(run: Run) -> str:
-    """With whom the caregiver is shown to lose less of the toys than the margin, in a sentence."""
+    """Return the verdicts on the caregiver's loss of toys against the margin, as a sentence."""
     with_whom: dict[str, list[str]] = {}
     for family in run.families:
         verdict = run.compared(run.caregiver, "none", family)["toys_reached_not_inferior"]
         with_whom.setdefault(verdict, []).append(family_name(family))
-    told = "; ".join(f"{verdict} with {', '.join(names)}" for verdict, names in with_whom.items())
-    return f"with {run.caregiver} and a margin of {100 * MARGIN:g} %, stated beforehand: {told}"
+    verdicts = "; ".join(f"{verdict} with {', '.join(names)}" for verdict, names in with_whom.items())
+    return f"with {run.caregiver} and a margin of {100 * MARGIN:g} %, stated beforehand: {verdicts}"
 
 
 def child_table(run: Run) -> Table:
-    """Return toys kept, moves denied and the share that is stopped."""
+    """Return the toys kept, the moves denied and the share of stopped episodes."""
     alone, guarded = ([run.row(c, family) for family in run.families] for c in ("none", run.caregiver))
     stopped = (
         f"{100 * before['stopped_mean']:.0f} → {100 * after['stopped_mean']:.0f}"
@@ -75,7 +75,7 @@ def child_table(run: Run) -> Table:
 
 
 def _stop_table(run: Run) -> Table:
-    """Toys and the damage until the stop, without and with the caregiver."""
+    """Return toys and damage until the stop, without and with the caregiver."""
     rows = [
         (f"{what}, {how}", *run.cells(caregiver, f"{column}_mean"))
         for what, column in (("toys reached", "toys_reached"), ("damage until the stop", "damage_until_stop"))
@@ -105,10 +105,17 @@ def _denied_table(run: Run) -> Table:
 
 
 def published_stop() -> dict[str, str]:
-    """Return what follows, for children that move at random, if the paper's damage were that until the stop."""
+    """Return the consequences, for random motion, if the paper's damage were that until the stop."""
     timesteps, damage = (PUBLISHED[column][1.0][1] for column in ("timesteps_to_threshold", "damage_normalised"))
-    stopped = 1 - timesteps / EPISODE_TIMESTEPS  # at least: those that are not stopped count as all timesteps
+    stopped = 1 - timesteps / EPISODE_TIMESTEPS  # at least: unstopped episodes count as all timesteps
     least, most = DAMAGE_THRESHOLD + 1, DAMAGE_THRESHOLD + DamageWeights().worst
     bound = math.floor(100 * stopped * least / most) / 100
-    told = {"timesteps": f"{timesteps:.0f}", "stopped": f"{100 * stopped:.0f}", "bound": f"{bound:.2f}"}
-    return told | {"all": f"{EPISODE_TIMESTEPS}", "least": f"{least:g}", "most": f"{most:g}", "damage": f"{damage:.2f}"}
+    return {
+        "timesteps": f"{timesteps:.0f}",
+        "stopped": f"{100 * stopped:.0f}",
+        "bound": f"{bound:.2f}",
+        "all": f"{EPISODE_TIMESTEPS}",
+        "least": f"{least:g}",
+        "most": f"{most:g}",
+        "damage": f"{damage:.2f}",
+    }

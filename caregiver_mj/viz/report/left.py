@@ -1,4 +1,4 @@
-"""What each caregiver leaves of the damage, and of which: in one house, over several, and in runs side by side."""
+"""Damage left by each caregiver, also by kind: in one house, over several, and in runs side by side."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ from caregiver_mj.viz.report.words import (
     with_interval,
 )
 
-_FEW = 4  # caregivers that are told apart side by side; more of them have a row each
+_FEW = 4  # from this number of other caregivers on, each has a row of its own
 _MARGIN = f"within {MARGINS['damage']:.0%}".replace("%", " %")
-# What a comparison may show, best first: what is said of it; and whether numbers go with it.
+# Findings of a comparison, best first: words, and whether numbers go with them.
 _FINDINGS = {
     "less": ("less damage", False),
     "hardly less": (f"less damage, but {_MARGIN}", True),
@@ -37,12 +37,12 @@ _FINDINGS = {
     "none": ("no verdict", True),
     "more": ("more damage", True),
 }
-_MOSTLY_RANDOM = 0.5  # share of random moves from which on worlds are compared on average
+_MOSTLY_RANDOM = 0.5  # least share of random moves in the mean comparison of worlds
 _OF_ALL = "left by tables"
 
 
 def left(run: Run) -> dict[str, Any]:
-    """Return everything that the page shows of it."""
+    """Return the parts of the page about damage left."""
     return {
         "table": left_table(run),
         "score": score_table(run),
@@ -66,7 +66,7 @@ def left_table(run: Run) -> Table:
 
 
 def left_cell(run: Run, caregiver: str, family: str) -> str:
-    """Return the share of the damage that is left, with its interval, and of how much damage how much that is."""
+    """Return the share of damage left with its interval, and both amounts of damage."""
     row = run.comparison(caregiver, "none", family)
     share = with_interval(row, "damage_left", 2, between="\n")
     if row is None:
@@ -76,7 +76,7 @@ def left_cell(run: Run, caregiver: str, family: str) -> str:
 
 
 def score_table(run: Run) -> Table | None:
-    """Return the score of caregivers by families, or None of a run of a version without it."""
+    """Return the score of caregivers by families; None for a run of a version without scores."""
     if "score" not in run.compared(run.caregiver, "none", run.families[0]):
         return None
     rows = [(caregiver, *run.cells(caregiver, "score", 2, against="none")) for caregiver in run.acting]
@@ -88,7 +88,7 @@ def score_table(run: Run) -> Table | None:
 
 
 def wins_table(run: Run) -> Table | None:
-    """Return in how many houses the caregiver has less damage than each other one, and in how many more."""
+    """Return the numbers of houses with less and with more damage than with each other caregiver."""
     if run.by_house is None or not run.baselines:
         return None
     damage = run.by_house.pivot_table(index=["family", "house"], columns="caregiver", values="damage")
@@ -109,7 +109,7 @@ def wins_table(run: Run) -> Table | None:
 
 
 def _pictures(run: Run) -> list[Picture]:
-    """Every house as a point; of a single house, or of few caregivers in one, their shares."""
+    """Return figures of the houses as points, or for a single house of the shares left."""
     name, bare_tables = f"damage_left_{run.name}", next(iter(run.bare_tables), "")
     means = pd.DataFrame([row for row in run.summary["comparisons"] if row["baseline"] == "none"])
     means = means.set_index("caregiver").loc[[c for c in run.settings.caregivers if c != "none"]].reset_index()
@@ -133,23 +133,23 @@ def _pictures(run: Run) -> list[Picture]:
 
 
 def verdicts(run: Run) -> list[tuple[bool, str]]:
-    """Return, for each baseline, whether the caregiver has less damage with every family, and what is shown."""
+    """Return, for each baseline, whether the caregiver has less damage with every family, and a sentence."""
     found = []
     for baseline in run.baselines:
         rows = [(f, row) for f in run.families if (row := run.comparison(run.caregiver, baseline, f)) is not None]
-        told: dict[str, list[str]] = {finding: [] for finding in _FINDINGS}
+        with_whom: dict[str, list[str]] = {finding: [] for finding in _FINDINGS}
         for family, row in rows:
             finding = _finding(row)
-            told[finding].append(_told(family, row) if _FINDINGS[finding][1] else family_name(family))
-        if len(told["less"]) == len(rows):
-            told["less"] = [f"every {run.nouns['group']}"]
-        parts = [f"{_FINDINGS[finding][0]} with {', '.join(which)}" for finding, which in told.items() if which]
+            with_whom[finding].append(_with_numbers(family, row) if _FINDINGS[finding][1] else family_name(family))
+        if len(with_whom["less"]) == len(rows):
+            with_whom["less"] = [f"every {run.nouns['group']}"]
+        parts = [f"{_FINDINGS[finding][0]} with {', '.join(which)}" for finding, which in with_whom.items() if which]
         found.append((all(_finding(row) == "less" for _, row in rows), f"Against {baseline}: {'; '.join(parts)}."))
-    return found if run.caregiver in RULE else []  # the summary compares no other one with baselines
+    return found if run.caregiver in RULE else []  # the summary compares only these with baselines
 
 
 def _finding(row: dict[str, Any]) -> str:
-    """What a comparison shows: the difference first, then how much it is."""
+    """Return the finding of a comparison: first by the difference, then by its size."""
     equivalent = row["damage_equivalence"] == Verdict.EQUIVALENT
     if row["damage_verdict"] == Verdict.MORE:
         return "more"
@@ -158,16 +158,16 @@ def _finding(row: dict[str, Any]) -> str:
     return "equivalent" if equivalent else "none"
 
 
-def _told(family: str, row: dict[str, Any]) -> str:
+def _with_numbers(family: str, row: dict[str, Any]) -> str:
     difference = with_interval(row, "damage_difference_mean", 2, sign="+")
     return f"{family_name(family)} (difference {difference}, ratio {with_interval(row, 'damage_left', 2)})"
 
 
 def side_by_side(runs: Sequence[Run]) -> dict[str, Any] | None:
-    """Return what the caregiver leaves of the damage in each run, and how far apart that is; None of a single run."""
+    """Return the damage left in each run, and the difference between worlds; None for a single run."""
     if len(runs) < 2:
         return None
-    # Of all runs, the one with most random moves first.
+    # Families of all runs, those with most random moves first.
     shares = {f: np.mean([epsilon for _, epsilon in members(f)]) for run in runs for f in run.families}
     families = sorted(shares, key=lambda family: (-shares[family], family))
     series = [left_series(run, run.caregiver, run.title, families) for run in runs]
@@ -196,7 +196,7 @@ def side_by_side(runs: Sequence[Run]) -> dict[str, Any] | None:
 
 
 def _apart(runs: Sequence[Run], left: Sequence[np.ndarray]) -> np.ndarray | None:
-    """How much more is left in the house than in the grid, (families,), if these are two runs of the same one."""
+    """Return the relative excess left in the house over the grid, (families,), of two runs of the same houses."""
     if any(run.settings.plans != runs[0].settings.plans for run in runs):
         return None
     shares = {run.settings.world: one for run, one in zip(runs, left, strict=True)}
@@ -204,7 +204,7 @@ def _apart(runs: Sequence[Run], left: Sequence[np.ndarray]) -> np.ndarray | None
 
 
 def _on_average(families: Sequence[str], apart: np.ndarray) -> str:
-    """The same over all families that move mostly at random, as a sentence."""
+    """Return its mean over families that move mostly at random, as a sentence."""
     random = [min(epsilon for _, epsilon in members(family)) >= _MOSTLY_RANDOM for family in families]
     both = np.flatnonzero(np.isfinite(apart) & random).tolist()
     if not both:
@@ -214,7 +214,7 @@ def _on_average(families: Sequence[str], apart: np.ndarray) -> str:
 
 
 def kinds(run: Run) -> dict[str, Any]:
-    """Return a figure and a table."""
+    """Return figure and tables of damage by kind."""
     names = {family: in_lines(family) for family in run.families}
     figure = figures.kinds(pd.DataFrame(run.summary["rows"]), names, caregiver=run.caregiver)
     caption = f"What did the damage, as shares of that without a caregiver; on the bars, damage — {run.title}"
@@ -223,7 +223,7 @@ def kinds(run: Run) -> dict[str, Any]:
 
 
 def short_table(run: Run) -> Table:
-    """Return means alone, without and with the caregiver."""
+    """Return the mean damage without and with the caregiver."""
 
     def cells(column: str) -> tuple[str, ...]:
         rows = ([run.row(caregiver, family) for caregiver in ("none", run.caregiver)] for family in run.families)
@@ -238,7 +238,7 @@ def short_table(run: Run) -> Table:
 
 
 def kinds_table(run: Run) -> Table:
-    """Return the damage by what did it, without and with the caregiver, and the floor of it."""
+    """Return the damage by kind, without and with the caregiver, and of bare tables only."""
     who = {"none": "without", run.caregiver: "with"} | dict.fromkeys(run.bare_tables, "floor")
     rows = []
     for kind, name in figures.kinds_in(pd.DataFrame(run.summary["rows"])).items():
@@ -250,6 +250,6 @@ def kinds_table(run: Run) -> Table:
 
 
 def _share(run: Run, family: str) -> str:
-    """How much of the damage that is left bare tables do."""
+    """Return the share of bare tables in the damage left."""
     row = run.row(run.caregiver, family)
     return f"{number(100 * row['damage_table_mean'] / row['damage_mean'], 0)} %" if row["damage_mean"] else NONE

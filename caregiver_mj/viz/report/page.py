@@ -1,4 +1,4 @@
-"""The report of one or more finished runs: one page for people, tables in Markdown, and figures."""
+"""The report of finished runs: an HTML page, tables in Markdown, and figures."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import base64
 import dataclasses
 import os
 import pathlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import jinja2
@@ -38,11 +38,10 @@ _FACTS = {
     "toys_reached": f"in {EPISODE_TIMESTEPS} timesteps",
 }
 _DEEDS = ("moves_blocked", "moves_blocked_stairwell", "moves_blocked_free", "interventions_done")
-FILM_NAME = "report.mp4"  # of a film that is made for the report
-LARGEST_FILM = 40.0  # MB, for it becomes part of the page
-_LARGEST_FILE = 1_000 * MB  # bytes of a file that is read to find out
-_SECONDS, _SIZE = 15.0, (960, 540)  # of such a film, and pixels
-_TYPICAL = 0.5  # share of random moves to which that of the filmed children is to come close
+FILM_NAME = "report.mp4"  # of a film made for the report
+LARGEST_FILM = 40 * MB  # bytes; the film becomes part of the page
+_SECONDS, _SIZE = 15.0, (960, 540)  # s and pixels of a film made for the report
+_TYPICAL = 0.5  # preferred share of random moves of the filmed children
 
 
 def write_report(
@@ -54,15 +53,20 @@ def write_report(
 ) -> pathlib.Path:
     """Write report.html, tables.md and figures/ into the first of some folders.
 
-    They are of finished runs, each of another world or house; whatever their order, runs over several houses come
-    first, and house `paper` last. The film is by default the first in them, if there is one; to `render` is to film the
-    first episode of a run instead: with `trust` also if it names code that is not installed, or a server. What is
-    returned is the path of the page.
+    Args:
+        folders: Folders of finished runs, each of another world or house. On the page runs over several houses come
+            first, and house `paper` last.
+        film: The film to show; None for the first in the folders, if there is one.
+        render: Whether to film the first episode of a run instead.
+        trust: Whether to do so even if the run names code that is not installed, or a server.
+
+    Returns:
+        The path of the page.
 
     Raises:
-        CaregiverError: Some folder has no finished run, or the film is not one, or to make it takes trust.
-        RenderingError: There is no OpenGL to render with.
-        StorageError: The report could not be written.
+        CaregiverError: A folder has no finished run, or the film is invalid, or filming requires trust.
+        RenderingError: No OpenGL backend works.
+        StorageError: The report cannot be written.
     """
     folders = [folders] if isinstance(folders, str | os.PathLike) else folders
     if not folders:
@@ -76,11 +80,11 @@ def write_report(
         )
     runs = sorted(given, key=lambda run: run.rank)
     if render:
-        shown: ShownFilm | None = make_film(runs, folders[0], trust=trust)
+        films: Iterable[tuple[pathlib.Path, str]] = [make_film(runs, folders[0], trust=trust)]
     else:
         there = (path for folder in folders for path in sorted(pathlib.Path(folder).glob("*.mp4")))
-        shown = next((ShownFilm(path, path.name) for path in ([pathlib.Path(film)] if film else there)), None)
-    on_page = None if shown is None else {"name": shown.caption, "data": shown.data()}
+        films = ((path, path.name) for path in ([pathlib.Path(film)] if film else there))
+    on_page = next(({"name": caption, "data": _film_data(path)} for path, caption in films), None)
     sections, beside = [section(run) for run in runs], side_by_side(runs)
     several, cited = (any(part[what] for part in sections) for what in ("several", "cited"))
     environment = _environment()
@@ -116,12 +120,12 @@ def write_report(
 
 
 def _shown(value: Any) -> Any:
-    """Return what the templates put in, without characters that are not seen: names come from outside."""
+    """Return a value of a template without invisible characters, because names may be a stranger's."""
     return visible(value) if type(value) is str else value
 
 
 def causes() -> list[str]:
-    """Return why numbers in house `paper` differ from the paper's, in the report's own words."""
+    """Return the causes of deviations from the paper's numbers in house `paper`, in the report's words."""
     words: Any = _environment().get_template("words.txt").make_module({"cited": True, "nearest_is_the_rule": False})
     return [str(words.fitted), str(words.epsilon)]
 
@@ -146,7 +150,7 @@ def _css(colour: Colour) -> str:
 
 
 def section(run: Run) -> dict[str, Any]:
-    """Return the parts by name; `pictures` are all that are in them."""
+    """Return the parts of a run's section by name; `pictures` has the pictures of all parts."""
     parts = {
         "left": left(run),
         "kinds": kinds(run),
@@ -162,7 +166,7 @@ def section(run: Run) -> dict[str, Any]:
         "nouns": run.nouns,
         "several": run.several,
         "cited": published.compares_with(run),
-        # Where an episode is the only one, nothing bounds its mean.
+        # A single episode does not bound the mean.
         "bounded": any(row["damage_ci_high"] is not None for row in run.summary["rows"]),
         "harm": harm(run),
         "headline": headline(run),
@@ -176,8 +180,8 @@ def section(run: Run) -> dict[str, Any]:
 
 
 def headline(run: Run) -> dict[str, Any]:
-    """Return what the page begins with: `avoided`, the share of all families' damage that is avoided, and more."""
-    # Families of the same episode share their chance, so it is episodes that are drawn again, all families together.
+    """Return the numbers at the top of the page, such as `avoided`, the share of all families' damage avoided."""
+    # Families of an episode share random numbers, so the resampling unit is the episode with all families.
     damage = run.episodes.groupby(["caregiver", "house", "episode"])["damage"].sum().reset_index()
     ours, theirs = (Sample(damage[damage.caregiver == name]) for name in (run.caregiver, "none"))
     left, low, high = ours.estimators.of_ratio(ours.values(["damage"]), theirs.values(["damage"])).column(0)
@@ -202,7 +206,7 @@ def headline(run: Run) -> dict[str, Any]:
 
 
 def nearest_is_the_rule(run: Run) -> bool:
-    """Return whether `nearest` ran beside the rule of the paper, and where the two are nearly the same."""
+    """Return whether `nearest` ran beside the paper's rule under conditions in which the two nearly agree."""
     both = "nearest" in run.settings.caregivers and run.caregiver in RULE
     return both and run.settings.plans[0].damage == DamageWeights() and not run.several
 
@@ -210,47 +214,31 @@ def nearest_is_the_rule(run: Run) -> bool:
 # -- The film ----------------------------------------------------------------------------------------
 
 
-@dataclasses.dataclass(frozen=True)
-class ShownFilm:
-    """A film and what to say about it."""
-
-    path: pathlib.Path
-    caption: str
-
-    def data(self, largest: float = LARGEST_FILM) -> str:
-        """Return the film as part of a page, of at most so many MB.
-
-        Raises:
-            CaregiverError: It cannot be read, is no film, or is too large.
-        """
-        try:
-            content = read_file(self.path, _LARGEST_FILE)
-        except OSError as error:
-            raise CaregiverError(f"the film '{self.path}' cannot be read: {error.strerror}") from None
-        if content[4:8] != b"ftyp":  # how every MP4 file begins
-            raise CaregiverError(f"the film must be an MP4, got '{self.path}'")
-        if len(content) > largest * 1e6:
-            size = round(len(content) / 1e6)
-            raise CaregiverError(
-                f"the film must have at most {largest:g} MB, to be part of a page, got {size} MB in '{self.path}'"
-            )
-        return f"data:video/mp4;base64,{base64.b64encode(content).decode()}"
+def _film_data(path: pathlib.Path) -> str:
+    """Return a film as part of a page; raise CaregiverError if it cannot be read, is no MP4, or is too large."""
+    try:
+        content = read_file(path, LARGEST_FILM)
+    except OSError as error:
+        raise CaregiverError(f"the film '{path}' cannot be part of the page: {error.strerror}") from None
+    if content[4:8] != b"ftyp":  # the start of every MP4 file
+        raise CaregiverError(f"the film must be an MP4, got '{path}'")
+    return f"data:video/mp4;base64,{base64.b64encode(content).decode()}"
 
 
-def make_film(runs: Sequence[Run], folder: str | os.PathLike[str], *, trust: bool = False) -> ShownFilm:
-    """Film the first episode of a run of a report into a folder.
+def make_film(runs: Sequence[Run], folder: str | os.PathLike[str], *, trust: bool = False) -> tuple[pathlib.Path, str]:
+    """Film the first episode of one of a report's runs into a folder; return the film's path and caption.
 
     Raises:
-        CaregiverError: Its caregiver, children or robot are not the package's own nor installed, and there is no trust.
+        CaregiverError: Its caregiver, children or robot are neither the package's nor installed, without `trust`.
     """
     from caregiver_mj.viz import film  # takes a second to import, and OpenGL to run
 
-    # One in the house, else the first one, whose children can walk there too.
+    # A run in the house, else the first one, whose children can walk there, too.
     run = next((run for run in runs if run.settings.world == "house"), runs[0])
 
     if not trust:  # a run in the grid is filmed in the house, too
         dataclasses.replace(run.settings, world="house").check_installed()
-        if run.caregiver not in (*CAREGIVERS, *POLICIES, *PLAYERS):  # of players it is told why not
+        if run.caregiver not in (*CAREGIVERS, *POLICIES, *PLAYERS):  # `render_episode` refuses players
             raise CaregiverError(
                 f"the film must be of a caregiver that is installed, got '{run.caregiver}': --trust runs or asks it"
             )
@@ -263,4 +251,4 @@ def make_film(runs: Sequence[Run], folder: str | os.PathLike[str], *, trust: boo
     spec = run.settings.spec(run.settings.plans[0], ChildGroup.named(family), run.caregiver)
     film.render_episode(path, spec, seconds=_SECONDS, picture=film.Picture(*_SIZE))
     whose = "of the run" if run.settings.world == "house" else "with the children of the run in the grid"
-    return ShownFilm(path, f"Episode 0 {whose}, {family_name(family)}, caregiver {run.caregiver}")
+    return path, f"Episode 0 {whose}, {family_name(family)}, caregiver {run.caregiver}"

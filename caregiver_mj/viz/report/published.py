@@ -1,4 +1,4 @@
-"""The paper's own numbers, and where they may stand beside ours."""
+"""The paper's numbers, and the conditions for a comparison with ours."""
 
 from __future__ import annotations
 
@@ -35,17 +35,17 @@ _NEITHER = (float("nan"), float("nan"))
 
 
 def compares_with(run: Run) -> bool:
-    """Return whether the paper's numbers mean anything for a run.
+    """Return whether the paper's numbers are comparable with a run.
 
-    They are of one novice, in a house of the paper's own that is not published, and of a caregiver that sees
-    everything. House `paper` stands in for it, and no other does.
+    They are of one novice, an unpublished house, and a caregiver with full sight. Only house `paper` stands in for that
+    house.
     """
     its_own = run.settings.plans == (FloorPlan.load("paper"),) and run.settings.sight == "all"
     return its_own and any(len(words.members(family)) == 1 for family in run.families)
 
 
 def means(run: Run, column: str, family: str) -> tuple[float, float] | None:
-    """Return the paper's means without and with the caregiver, if it has them for such children."""
+    """Return the paper's means without and with the caregiver, or None if it has none for these children."""
     only, *others = words.members(family)
     if others or only[0] or not compares_with(run):
         return None
@@ -53,9 +53,9 @@ def means(run: Run, column: str, family: str) -> tuple[float, float] | None:
 
 
 def deviations(run: Run) -> dict[str, list[dict[str, Any]]]:
-    """Return the rows of the paper's Tables I and II: our mean, its 95 % interval, the paper's, and ours less that.
+    """Return the rows of the paper's Tables I and II: our mean, its 95 % interval, the paper's mean, and the deviation.
 
-    Each is of a novice's share of random moves, without and with the caregiver; of the damage also of the share left.
+    There is a row for each share of random moves, without and with the caregiver; for damage also for the share left.
     """
     found: dict[str, list[dict[str, Any]]] = {column: [] for column in PUBLISHED}
     for family, column in itertools.product(run.families, PUBLISHED):
@@ -77,18 +77,18 @@ def deviations(run: Run) -> dict[str, list[dict[str, Any]]]:
 
 
 def series(run: Run, column: str, families: Sequence[str], with_caregiver: bool) -> np.ndarray:
-    """Return the means of several families, NaN where there are none, (families,)."""
+    """Return the paper's means for several families, NaN for unknown ones, (families,)."""
     return np.array([(means(run, column, family) or _NEITHER)[with_caregiver] for family in families])
 
 
 def left(run: Run, families: Sequence[str]) -> np.ndarray:
-    """Return shares of the damage that are left with the caregiver, likewise."""
+    """Return the paper's shares of damage left with the caregiver, NaN for unknown ones, (families,)."""
     alone, guarded = (series(run, "damage_normalised", families, caregiver) for caregiver in (False, True))
     return guarded / alone
 
 
 def avoided(run: Run) -> str | None:
-    """Return the share of the damage of all novices that is avoided, if the paper has all these."""
+    """Return the paper's share of damage avoided over all novices, or None if it lacks one of them."""
     found = [means(run, "damage_normalised", family) for family in run.families]
     if None in found:
         return None

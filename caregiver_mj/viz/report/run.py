@@ -1,4 +1,4 @@
-"""A finished run, as read from its folder."""
+"""A finished run as the report needs it."""
 
 from __future__ import annotations
 
@@ -23,42 +23,42 @@ from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.viz.report import words
 
 _WORLDS = {"grid": "Grid", "house": "Physical house"}
-_LONGEST = 40  # letters of what houses are called in titles and file names
+_LONGEST = 40  # characters of the houses' names in titles and file names
 
 
 class Run(Finished):
-    """A finished run that a report can be of: with `none`, and with a caregiver that acts."""
+    """A finished run to report on, with `none` and a caregiver that acts."""
 
     @functools.cached_property
     def families(self) -> tuple[str, ...]:
-        """The children, a family after the other, as text: "0.5", or "1,0.25"."""
+        """The families as text, such as "0.5" or "1,0.25"."""
         return tuple(map(str, self.settings.families))
 
     @functools.cached_property
     def caregiver(self) -> str:
-        """The caregiver that the report is about: the paper's if it ran."""
+        """The caregiver to report on: the paper's if it ran."""
         return next((name for name in RULE if name in self.acting), self.acting[0])
 
     @functools.cached_property
     def by_house(self) -> pd.DataFrame | None:
-        """Of several houses, a row for each of them, caregiver and family, as `summary.by_house` has it."""
+        """The table of `summary.by_house`, or None for a single house."""
         return by_house(self.episodes) if self.houses > 1 else None
 
     @property
     def houses(self) -> int:
-        """How many houses there are."""
+        """Number of houses."""
         return len(self.settings.plans)
 
     @property
     def rank(self) -> int:
-        """Where it stands on a page: unseen houses first, then those to learn in, a single one, and `paper` last."""
+        """Place on a page: test houses first, then training houses, a single house, and `paper` last."""
         if self.houses > 1:
             return int(re.match("(shapes-|home-)?train-", self.settings.houses) is not None)
         return 3 if self.settings.plan.name == "paper" else 2
 
     @property
     def name(self) -> str:
-        """Tells the run from others, in file names."""
+        """Name in file names."""
         world, place = self.settings.world, re.sub(r"[^\w.-]+", "-", self.settings.place)[:_LONGEST]
         return world if place == "paper" else f"{world}_{place}"
 
@@ -73,22 +73,22 @@ class Run(Finished):
 
     @property
     def several(self) -> bool:
-        """Whether there is more than one child in any of its families."""
+        """Whether a family has more than one child."""
         return any(len(words.members(family)) > 1 for family in self.families)
 
     @property
     def nouns(self) -> dict[str, str]:
-        """What its children are called."""
+        """Nouns for its children."""
         return words.SEVERAL if self.several else words.SINGLE
 
     @property
     def baselines(self) -> tuple[str, ...]:
-        """The other caregivers that do something."""
+        """The other caregivers that act."""
         return tuple(c for c in self.acting if c != self.caregiver)
 
     @property
     def acting(self) -> tuple[str, ...]:
-        """All caregivers that do something, in the run's order."""
+        """All caregivers that act, in the run's order."""
         return tuple(c for c in self.settings.caregivers if c not in ("none", BARE_TABLES))
 
     @property
@@ -97,7 +97,7 @@ class Run(Finished):
         return tuple(c for c in self.settings.caregivers if c == BARE_TABLES)
 
     def rivals(self, most: int) -> tuple[str, ...]:
-        """Return those of the other caregivers that leave the least damage, in the run's order."""
+        """Return the `most` other caregivers that leave the least damage, in the run's order."""
         best = sorted(self.baselines, key=lambda caregiver: self.mean(caregiver, "damage"))[:most]
         return tuple(c for c in self.baselines if c in best)
 
@@ -106,13 +106,13 @@ class Run(Finished):
         return next(r for r in self.summary["rows"] if (r["caregiver"], r["family"]) == (caregiver, family))
 
     def comparison(self, caregiver: str, baseline: str, family: str) -> dict[str, Any] | None:
-        """Return the summary's comparison of two caregivers with a family, if it has one."""
+        """Return the summary's comparison of two caregivers with a family, or None."""
         wanted = (caregiver, baseline, family)
         rows = self.summary["comparisons"]
         return next((r for r in rows if (r["caregiver"], r["baseline"], r["family"]) == wanted), None)
 
     def compared(self, caregiver: str, baseline: str, family: str) -> dict[str, Any]:
-        """Return the same, where there has to be one."""
+        """Return the same, where it must exist."""
         row = self.comparison(caregiver, baseline, family)
         assert row is not None
         return row
@@ -122,7 +122,7 @@ class Run(Finished):
         return float(self.episodes.loc[self.episodes.caregiver == caregiver, column].mean())
 
     def command(self) -> str:
-        """Return the command that gives the same rows again; of pooled runs those that do."""
+        """Return the command that reproduces the rows; several for pooled runs."""
         settings = self.settings
         command = ["caregiver-mj", "evaluate", "--world", settings.world, *self._asked_houses()]
         damage = settings.plans[0].damage
@@ -157,9 +157,9 @@ class Run(Finished):
 
 
 def _asked_house(plan: FloorPlan) -> str:
-    """What to call a house on the command line: by its name if that gives it, else by that of a file.
+    """Return the name of a house for the command line, or that of a file if the name gives another house.
 
-    A generated one is not made, which may take seconds each.
+    Generated houses are not made for this, which may take seconds each.
     """
     if plan.name in house_names():
         return plan.name if FloorPlan.load(plan.name).rows == plan.rows else f"{plan.name}.txt"
@@ -170,7 +170,7 @@ def read_run(folder: str | os.PathLike[str]) -> Run:
     """Read a finished run.
 
     Raises:
-        CaregiverError: There is none in the folder, or none that a report can be made of.
+        CaregiverError: The folder has none, or one without `none` or a caregiver that acts.
     """
     run = Run(**vars(read_finished(folder)))
     caregivers = run.settings.caregivers

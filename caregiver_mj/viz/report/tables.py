@@ -1,4 +1,4 @@
-"""The tables of a run, also of harm that a caregiver does, and of what the robot did to the children."""
+"""Tables of a run: the paper's, comparisons, measures, harm, and contacts with the robot."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from caregiver_mj.viz.report.words import (
 )
 
 _BY_CHILD = {"damage_by_child": "damage", "toys_by_child": "toys_reached"}  # and the column that is their sum
-# Columns of the table, how the episodes are put together, and digits.
+# Columns of contacts, aggregation over episodes, and digits.
 _SHOWN = (
     ("strikes", "sum", 0),
     ("strikes_surface", "sum", 0),
@@ -59,7 +59,7 @@ _SOURCE = "DGUV 2011, as reprinted in Buxbaum and Sen, table 1.4 (in: Bendel, Pf
 
 
 def damage_table(run: Run) -> Table:
-    """Return the paper's Table I: normalised damage, and how much of it is left."""
+    """Return the paper's Table I: normalised damage, and the share left."""
     rows = []
     for family in run.families:
         alone, guarded = run.row("none", family), run.row(run.caregiver, family)
@@ -98,7 +98,7 @@ def timesteps_table(run: Run) -> Table:
 def _beside_published(
     run: Run, title: str, quantities: tuple[str, ...], rows: Sequence[tuple[str, ...]], note: str
 ) -> Table:
-    """A table with our numbers and the paper's in turn; without the latter where they mean nothing."""
+    """Return a table with our numbers and the paper's in turn; without the latter if they are not comparable."""
     if published.compares_with(run):
         columns = tuple(f"{quantity}, {where}" for quantity in quantities for where in ("here", "published"))
     else:
@@ -107,7 +107,7 @@ def _beside_published(
 
 
 def comparison_table(run: Run) -> Table:
-    """Return the differences that the caregiver makes, with intervals and tests."""
+    """Return the differences due to the caregiver, with intervals and tests."""
     found = {family: run.compared(run.caregiver, "none", family) for family in run.families}
     compared = [column for column in statistics.COMPARED if all(f"{column}_p" in row for row in found.values())]
     rows = []
@@ -145,7 +145,7 @@ def measures_tables(run: Run) -> list[Table]:
 
 
 def children_table(run: Run) -> Table | None:
-    """Return what happened to each of several children, or None where each is alone."""
+    """Return damage and toys of each child; None without families of several."""
     if not run.several:
         return None
     episodes, rows = run.episodes, []
@@ -166,7 +166,7 @@ def children_table(run: Run) -> Table | None:
 
 
 def harm(run: Run) -> dict[str, Any]:
-    """Return the verdicts on every caregiver, a sentence on that of the report, who else does harm, and two tables."""
+    """Return verdicts and tables of harm, the sentence on the caregiver, and the others that do harm."""
     verdicts = run.verdicts
     ours = next(row for row in verdicts if row["caregiver"] == run.caregiver)
     also = [row["caregiver"] for row in verdicts if row["verdict"] == Harm.SHOWN and row is not ours]
@@ -202,7 +202,7 @@ def _harm_cells(row: dict[str, Any]) -> tuple[str, ...]:
 
 
 def contacts(run: Run) -> dict[str, Any] | None:
-    """Return tables of a run in the house, of every caregiver; None of one in the grid."""
+    """Return the tables of contacts of every caregiver; None for a run in the grid."""
     if run.settings.world != "house":
         return None
     of = {caregiver: run.episodes[run.episodes.caregiver == caregiver] for caregiver in run.acting}
@@ -217,7 +217,7 @@ def contacts(run: Run) -> dict[str, Any] | None:
 
 
 def counts_table(groups: Mapping[str, pd.DataFrame], where: str = "", first: str = "with the caregiver") -> Table:
-    """Return what was counted in several groups of episodes in the house; older runs lack some columns."""
+    """Return the counts of contacts in groups of episodes in the house; older runs lack some columns."""
     rows = []
     for column, how, digits in _SHOWN:
         if any(column not in group for group in groups.values()):
@@ -239,7 +239,7 @@ def counts_table(groups: Mapping[str, pd.DataFrame], where: str = "", first: str
 
 
 def limits_table(episodes: pd.DataFrame, where: str = "", compliant: bool = False) -> Table:
-    """Return the greatest force on each part of a compliant or kinematic child, beside what adults bear there."""
+    """Return the greatest force on each part of a compliant or kinematic child, with the limits for adults."""
     rows = []
     for limit in BODY_LIMITS:
         force = float(episodes[f"contact_force_{limit.region}"].max())

@@ -17,12 +17,12 @@ from caregiver_mj.recording.record import COLUMNS
 TITLES = {column.name: column.title for column in COLUMNS}
 UNITS = {column.name: column.unit for column in COLUMNS}
 NONE = "–"  # where there is no number
-_NARROW = 9  # characters of a line under bars
+_NARROW = 9  # characters of a line below bars
 
 
 # -- Children ----------------------------------------------------------------------------------------
-# What they are called: whom a row of a table is about, several of those, those in one episode, the same with an article
-# where they walk about, the same again where they are hurt, and one of them.
+# Nouns: for a row of a table, in singular and plural; for the children of an episode, alone, before "went" and "hurt";
+# for one child.
 _NOUNS = ("group", "groups", "who", "whom", "were", "one")
 SINGLE = dict(zip(_NOUNS, ("novice", "novices", "novice", "the toddler", "it was", "the child"), strict=True))
 SEVERAL = dict(zip(_NOUNS, ("family", "families", "children", "the children", "they were", "a child"), strict=True))
@@ -35,7 +35,7 @@ def members(family: str) -> list[tuple[str, float]]:
 
 
 def family_name(family: str) -> str:
-    """Return what a family is called; a single novice as in the paper."""
+    """Return the name of a family; that of a single novice is the paper's."""
     if members(family) == [("", 1.0)]:
         return "random motion"
     counts = collections.Counter(f"{behaviour} {100 * epsilon:g} %".lstrip() for behaviour, epsilon in members(family))
@@ -44,7 +44,7 @@ def family_name(family: str) -> str:
 
 
 def in_lines(family: str) -> str:
-    """Return the name of a family as it stands under its bars."""
+    """Return the name of a family in lines, for below its bars."""
     first, _, last = family_name(family).rpartition(" ")
     if len(members(family)) > 1:
         tied = first.replace(" %", "\N{NO-BREAK SPACE}%")
@@ -54,7 +54,7 @@ def in_lines(family: str) -> str:
 
 # -- Numbers -----------------------------------------------------------------------------------------
 def number(value: float, digits: int = 1, sign: str = "-") -> str:
-    """Return a number with a true minus, and none before a zero."""
+    """Return a number with a typographic minus, but none before a zero."""
     text = f"{value:{sign}.{digits}f}"
     if not float(text):
         text = text.lstrip("+-")
@@ -64,7 +64,7 @@ def number(value: float, digits: int = 1, sign: str = "-") -> str:
 def with_interval(
     row: dict[str, Any] | None, key: str, digits: int = 1, sign: str = "-", between: str = " ", scale: float = 1.0
 ) -> str:
-    """Return a number of the summary with its interval in brackets; an end that nothing bounds is infinite."""
+    """Return a number of the summary with its interval in brackets; unbounded ends are infinite."""
     if row is None or row[key] is None:
         return NONE
     stem = key.removesuffix("_mean")
@@ -78,13 +78,13 @@ def with_interval(
     return f"{number(scale * value, digits, sign)}{between}[{', '.join(ends)}]"
 
 
-def if_bracketed(rows: Sequence[tuple[str, ...]], told: str) -> str:
-    """Return what is told of intervals in brackets below a table, where there are any."""
-    return told if any("[" in cell for row in rows for cell in row[1:]) else ""
+def if_bracketed(rows: Sequence[tuple[str, ...]], text: str) -> str:
+    """Return a text about intervals for the note below a table, or "" without intervals."""
+    return text if any("[" in cell for row in rows for cell in row[1:]) else ""
 
 
 def p_value(value: float | None) -> str:
-    """Return a p, as exactly as it is worth, if there is one."""
+    """Return a p as text, with meaningful digits."""
     if value is None:
         return "no p"
     if value < 0.001:
@@ -99,7 +99,7 @@ def percent(share: float) -> str:
 
 @dataclasses.dataclass(frozen=True)
 class Table:
-    """A table of text; the first column names the rows."""
+    """A table of text, with row names in the first column."""
 
     title: str
     columns: tuple[str, ...]

@@ -1,1 +1,1 @@
-"""Viewers: an episode to watch while it runs, and to take a hand in, in a browser or in MuJoCo's own window."""
+"""Live viewers of an episode, in a browser or in MuJoCo's window, which also let a person play."""

@@ -1,6 +1,6 @@
-"""A session: an episode that runs at the speed one likes, pauses, goes on by steps, and is exchanged for another.
+"""A session: an episode with controls for speed, pause, single steps and change of the episode.
 
-It knows nothing of windows and browsers, nor of threads: whoever shows it calls it from one.
+It is independent of windows and browsers, and must be called from one thread.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.viz.episode import Episode
 
-KEYS = "0123456789ABCDEFGHIJKLM"  # of a person: for nothing more, and for the hazards in their order
-SLOWEST, FASTEST = 0.1, 20.0  # times the speed of the simulated world
-_LONGEST = 0.25  # seconds that one call may take, and that are made up for after a longer break
-_PIECE = 0.1  # seconds of the simulated world between looks at the clock
+KEYS = "0123456789ABCDEFGHIJKLM"  # of a player: for nothing, then for the hazards in order
+SLOWEST, FASTEST = 0.1, 20.0  # simulated seconds per second
+_LONGEST = 0.25  # s; greatest duration of a call, and of a break to catch up on
+_PIECE = 0.1  # simulated s between looks at the clock
 
 
 def begin(spec: EpisodeSpec) -> Episode:
-    """Begin an episode, with what the caregiver thinks may be coming where it thinks of that: not every one does.
+    """Begin an episode, with the caregiver's predictions if it makes any.
 
     Raises:
-        CaregiverError: There can be no such episode.
+        CaregiverError: The specification is invalid.
     """
     episode = Episode(spec)
     episode.foresees = True
@@ -35,15 +35,14 @@ def begin(spec: EpisodeSpec) -> Episode:
 
 
 class Session:
-    """An episode that is watched.
+    """An episode in a viewer.
 
     Attributes:
-        spec: Which one it is.
-        episode: It itself.
+        spec: Its specification.
+        episode: The episode.
         playing: Whether it runs.
-        over: Whether it has come to its end.
-        behind: Whether this machine is too slow for the speed that was asked for.
-        begun: How many episodes have been begun.
+        over: Whether it has ended.
+        behind: Whether this machine is too slow for the requested speed.
     """
 
     def __init__(
@@ -56,24 +55,31 @@ class Session:
         ended: Callable[[EpisodeSpec, Episode], None] | None = None,
         clock: Callable[[], float] = time.monotonic,
     ):
-        """Begin an episode, `speed` seconds of which pass in one of the `clock`; `ended` is told of each that is over.
+        """Begin an episode.
+
+        Args:
+            spec: The episode.
+            speed: Simulated seconds per second.
+            playing: Whether it runs at once.
+            begin: Makes an episode of a specification.
+            ended: Called with each episode that has ended, and its specification.
+            clock: Returns the time, s.
 
         Raises:
-            CaregiverError: There can be no such episode, or the speed is out of range.
+            CaregiverError: The specification is invalid, or the speed is out of range.
         """
         self._make, self._clock, self._ended, self._queries = begin, clock, ended, spec.queries
         self.speed = speed
         self.playing = playing
         self.over = False
-        self.begun = 0
         self._until: float
         self._begin(spec)
 
-    # -- What one can do -------------------------------------------------------------------------
+    # -- Controls --------------------------------------------------------------------------------
 
     @property
     def speed(self) -> float:
-        """How many seconds of the simulated world pass in one."""
+        """Simulated seconds per second."""
         return self._speed
 
     @speed.setter
@@ -83,40 +89,40 @@ class Session:
         self._speed = float(speed)
 
     def hurry(self, times: float) -> None:
-        """Run so many times as fast, as far as that goes."""
+        """Multiply the speed, within its range."""
         self.speed = min(max(times * self.speed, SLOWEST), FASTEST)
 
     def play(self) -> None:
-        """Let it run on from here."""
+        """Continue."""
         self.skip_time()
         self.playing = not self.over
 
     def skip_time(self) -> None:
-        """Let the time since the last call of `advance` pass without running on."""
+        """Ignore the time since the last call of `advance`."""
         self._last = self._clock()
 
     def toggle(self) -> None:
-        """Halt it, or let it run on."""
+        """Pause or continue."""
         self.pause() if self.playing else self.play()
 
     def pause(self) -> None:
-        """Halt it."""
+        """Pause."""
         self.playing = False
 
     def step(self, seconds: float | None = None) -> None:
-        """Pause, and run on for so long: one step of control by default."""
+        """Pause, and run on for some simulated seconds, by default one control step."""
         self.pause()
         env = self.episode.env
         self._run_until(self.episode.seconds + (env.control_timestep() if seconds is None else seconds))
 
     def next_move(self) -> None:
-        """Pause, and run on until the children's next moves begin."""
+        """Pause, and run on to the children's next moves."""
         move = self.episode.env.task.novice_timestep
         self.step((math.floor(self.episode.seconds / move + 1e-6) + 1) * move - self.episode.seconds)
 
     @property
     def targets(self) -> list[tuple[str, str, str]]:
-        """What who plays can choose, first nothing more: its key, its name, and how that fares."""
+        """The player's choices, first that of nothing: key, name, and mark of the present one."""
         policy: Any = self.episode.policy
         if self.spec.caregiver == DRIVER:
             return list(policy.policy.keys)
@@ -124,13 +130,13 @@ class Session:
             return []
         names = "nothing more", *map(str, policy.plan.hazards)
         chosen = int(policy.caregiver.targets[0])
-        # It waits until it is asked next, and while nothing can be done about its choice, or nothing is to be gained.
+        # A choice waits for the robot's next decision, or while nothing can be done about the hazard.
         mark = "<" if chosen in (NOTHING, policy.target) else "< waits"
         choices = enumerate(zip(KEYS, names, strict=False), NOTHING)
         return [(key, name, mark if number == chosen else "") for number, (key, name) in choices]
 
     def choose(self, key: str) -> None:
-        """Have the caregiver of who plays do what a key stands for, from when it is next asked; others do nothing."""
+        """Apply a player's key, from the next decision on; other keys do nothing."""
         policy: Any = self.episode.policy
         if self.spec.caregiver == DRIVER:
             policy.policy.press(key)
@@ -138,22 +144,22 @@ class Session:
             policy.caregiver.targets[:] = number + NOTHING
 
     def restart(self) -> None:
-        """Begin the same episode once more."""
+        """Restart the episode."""
         self._begin(self.spec)
 
     def change(self, **fields: object) -> None:
-        """Begin another episode, which differs in some fields of its specification.
+        """Begin another episode, with some fields of the specification changed.
 
         Raises:
-            CaregiverError: There can be no such episode; the present one goes on.
+            CaregiverError: The specification is invalid; the present episode continues.
         """
-        fields.setdefault("queries", self._queries)  # also after a caregiver that asks nobody
-        self._begin(dataclasses.replace(self.spec, **fields))  # type: ignore[arg-type]  # `EpisodeSpec` says
+        fields.setdefault("queries", self._queries)  # kept while a caregiver without queries acts
+        self._begin(dataclasses.replace(self.spec, **fields))  # type: ignore[arg-type]  # checked by `EpisodeSpec`
 
     # -- Time ------------------------------------------------------------------------------------
 
     def advance(self) -> None:
-        """Run on for as long as has passed since the last call, at the speed that is asked for."""
+        """Run on for the time since the last call, at the requested speed."""
         now = self._clock()
         passed, self._last = now - self._last, now
         self.behind = self.playing and passed > _LONGEST
@@ -177,9 +183,8 @@ class Session:
 
     def _begin(self, spec: EpisodeSpec) -> None:
         episode = self._make(spec)
-        episode.run_until(0.0)  # for a first look at the children
+        episode.run_until(0.0)  # adds the first look at the children
         self.spec, self.episode = spec, episode
-        self.begun += 1
-        self.playing = self.playing or self.over  # the end has stopped the last one, and nobody else
+        self.playing = self.playing or self.over  # the end of the last one paused it, not the user
         self.over = self.behind = False
         self._until, self._last = 0.0, self._clock()

@@ -1,4 +1,4 @@
-"""A session in a browser: viser serves the page, mjviser turns the model into meshes."""
+"""A session in a browser: viser serves the page, and mjviser converts the model to meshes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ import numpy as np
 
 from caregiver_mj.errors import CaregiverError, MissingExtraError
 from caregiver_mj.viz.episode import Episode
-from caregiver_mj.viz.forecast import Tile
+from caregiver_mj.viz.moment import Tile
 from caregiver_mj.viz.viewers.session import Session
 
 try:
@@ -35,39 +35,44 @@ except ImportError as error:
 from caregiver_mj.viz.viewers.web_panel import Panel
 
 HOST, PORT = "127.0.0.1", 8080
-RATE = 20.0  # updates a second
-_SEEN = 3  # the first group of geoms that is not to be seen
-_NOWHERE = 5  # a group of sites that is not drawn
-_REFLECTED = 0.45  # intensity of the light from all sides
-# Opacities that tiles can have, each a mesh of its own: a mesh whose opacity changes is made anew by the browser.
+RATE = 20.0  # updates per second
+_SEEN = 3  # first hidden group of geoms
+_NOWHERE = 5  # hidden group of sites
+_REFLECTED = 0.45  # intensity of ambient light
+# Possible opacities of tiles, with a mesh for each: browsers remake a mesh whose opacity changes.
 _OPACITIES = np.linspace(0.1, 0.8, 8)
-_GONE = 1e-6  # metres: the size of a tile that is not there
+_GONE = 1e-6  # m; size of an unused tile
 
 
 class Server(viser.ViserServer):
-    """A server that stays where it is."""
+    """A server without a public address."""
 
     def request_share_url(self, verbose: bool = True) -> str | None:
-        """Do nothing: any page could ask for it, and it would make this one public."""
+        """Do nothing: any page could request it, and it would make this server public."""
         return None
 
 
 class WebViewer:
-    """Serves a session to browsers. All but the network is done in the thread that calls `run`.
+    """Serves a session to browsers. Everything except the network runs in the thread that calls `run`.
 
     Attributes:
-        session: What is shown.
-        server: What browsers are connected to.
-        url: Where.
+        session: The session.
+        server: The server.
+        url: Its address.
     """
 
     def __init__(self, session: Session, host: str = HOST, port: int = PORT, rate: float = RATE, plain: bool = False):
-        """Begin to serve a session at an address, `rate` updates a second; port 0 is any that is free.
+        """Serve a session.
 
-        A plain one has no shadows, which cost much where there is no graphics card.
+        Args:
+            session: The session.
+            host: Address to listen at.
+            port: Port to listen at; 0 for any free one.
+            rate: Updates per second.
+            plain: Whether to omit shadows, which are slow without a graphics card.
 
         Raises:
-            CaregiverError: One cannot listen there.
+            CaregiverError: The address is not available.
         """
         check_address(host, port)
         self.session, self._period, self._plain = session, 1.0 / rate, plain
@@ -75,7 +80,7 @@ class WebViewer:
         with (
             contextlib.redirect_stdout(io.StringIO()),
             _guarded(host),
-        ):  # it would say where it listens in its own words
+        ):  # without its message
             self.server = Server(host=host, port=port, label="caregiver-mj", verbose=False)
         self.url = f"http://{f'[{host}]' if ':' in host else host}:{self.server.get_port()}"
         self.server.gui.configure_theme(show_logo=False, show_share_button=False)
@@ -85,7 +90,7 @@ class WebViewer:
         self._scene = WebScene(self.server, session.episode, plain)
 
     def run(self, until: Callable[[], bool] = lambda: False) -> None:
-        """Run the session until somebody interrupts it, or until something is true."""
+        """Run the session until it is interrupted, or a condition holds."""
         due = time.monotonic()
         while not until():
             due = max(due + self._period, time.monotonic())
@@ -103,12 +108,12 @@ class WebViewer:
         self._scene.show(episode, self._panel.foreseen)
 
     def close(self) -> None:
-        """End the server."""
+        """Stop the server."""
         with contextlib.redirect_stdout(io.StringIO()):
             self.server.stop()
 
     def _take_wishes(self, until: float) -> None:
-        """Do what browsers ask for, up to a time."""
+        """Carry out requests of browsers, up to a time."""
         while True:
             try:
                 wish = self._wishes.get(timeout=max(until - time.monotonic(), 0.0))
@@ -118,7 +123,7 @@ class WebViewer:
 
 
 def check_address(host: str, port: int) -> None:
-    """Raise CaregiverError unless one can listen there: the server itself would try other ports, without an end."""
+    """Raise CaregiverError unless an address is available; viser would try other ports without end."""
     try:
         kind, _, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
         with socket.socket(kind, socket.SOCK_STREAM) as listener:
@@ -131,10 +136,10 @@ def check_address(host: str, port: int) -> None:
 
 
 def refusal(headers: Any, host: str) -> str:
-    """Return why a request to a server at an address is refused, or nothing.
+    """Return the reason to refuse a request to a server at an address, or "".
 
-    A page of another site may not read the scene: not from its own origin, nor by a name of its own that leads to this
-    machine (DNS rebinding). What is no browser sends no origin.
+    Pages of other sites must not read the scene, neither from their own origin nor by a name of theirs that resolves to
+    this machine (DNS rebinding). Programs other than browsers send no origin.
     """
     names, origins = headers.get_all("Host"), headers.get_all("Origin")
     try:
@@ -149,7 +154,7 @@ def refusal(headers: Any, host: str) -> str:
 
 
 def _is_ours(name: str, host: str) -> bool:
-    """Whether a browser may call a server at an address so: an IP address leads nowhere else."""
+    """Whether a name belongs to a server at an address; an IP address always does."""
     if name in ("localhost", "127.0.0.1", "::1", host.lower()):
         return True
     if host not in ("", "0.0.0.0", "::"):
@@ -161,7 +166,7 @@ def _is_ours(name: str, host: str) -> bool:
 
 @contextlib.contextmanager
 def _guarded(host: str) -> Iterator[None]:
-    """Have the server that begins within refuse requests of other sites; viser itself has no option for it."""
+    """Make servers started in this context refuse requests of other sites, for which viser has no option."""
     serve, guarded = websockets.asyncio.server.serve, False
 
     def guarded_serve(*args: Any, process_request: Any, **options: Any) -> Any:
@@ -169,7 +174,7 @@ def _guarded(host: str) -> Iterator[None]:
         guarded = True
 
         def guard(connection: Any, request: Any) -> Any:
-            given = process_request(connection, request)  # in any case, for it also silences the log
+            given = process_request(connection, request)  # called in any case: it also silences the log
             why = refusal(request.headers, host)
             return connection.respond(http.HTTPStatus.FORBIDDEN, f"{why}\n") if why else given
 
@@ -185,10 +190,10 @@ def _guarded(host: str) -> Iterator[None]:
 
 
 class WebScene:
-    """The house of an episode, in all browsers that look at a server."""
+    """The house of an episode, in all connected browsers."""
 
     def __init__(self, server: viser.ViserServer, episode: Episode, plain: bool = False):
-        """Send the house of an episode, a plain one without shadows; what the server shows already goes."""
+        """Replace the scene by the house of an episode, a plain one without shadows."""
         self._kind = _kind(episode)
         server.scene.reset()
         server.scene.set_up_direction("+z")
@@ -196,7 +201,7 @@ class WebScene:
         model = _shown_model(episode.env.physics.model.ptr)
         self._house = ViserMujocoScene(server, model, num_envs=1)
         self._house.camera_tracking_enabled = False
-        # Not without reflected light: the meshes have no material, which makes them metal, black where none falls.
+        # With ambient light: meshes without a material are metal, which is black in the dark.
         server.scene.configure_environment_map(environment_intensity=_REFLECTED)
         server.scene.configure_default_lights(cast_shadow=not plain)
         self._server = server
@@ -204,18 +209,18 @@ class WebScene:
         plan = episode.env.task.plan
         self._room = len(plan.free_cells) + len(plan.hazards)
         self._floor = [self._add_tiles(opacity) for opacity in _OPACITIES.tolist()]
-        # The eye of browsers that come is where the overview camera is.
+        # Browsers start at the overview camera.
         place, ahead, distance = episode.overview()
         eye = server.initial_camera
         eye.position, eye.look_at = place, place + distance * ahead
         eye.fov = float(np.radians(model.camera("overview").fovy[0]))
 
     def fits(self, episode: Episode) -> bool:
-        """Return whether another episode has the same things in the same house."""
+        """Return whether an episode has the same house, number of children and robot."""
         return self._kind == _kind(episode)
 
     def show(self, episode: Episode, foreseen: bool) -> None:
-        """Show the present moment, and on wish what the caregiver foresees."""
+        """Show the present moment, on request with the caregiver's predictions."""
         tiles = episode.tiles() if foreseen else []
         with self._server.atomic():
             if tiles != self._shown:
@@ -225,7 +230,7 @@ class WebScene:
     # -- The floor -------------------------------------------------------------------------------
 
     def _add_tiles(self, opacity: float) -> viser.BatchedMeshHandle:
-        """As many tiles of an opacity as there can be, none of them to be seen."""
+        """Return the greatest number of tiles of an opacity, invisible."""
         nothing = np.zeros((self._room, 3), np.float32)
         cube = trimesh.creation.box(extents=(2.0, 2.0, 2.0))
         return self._server.scene.add_batched_meshes_simple(
@@ -258,15 +263,15 @@ class WebScene:
 
 
 def _kind(episode: Episode) -> tuple[Any, ...]:
-    """Return what the house looks like: plan, children and robot."""
+    """Return what the scene depends on: plan, number of children, and robot."""
     task = episode.env.task
     return task.plan.text, len(task.family), task.has_robot, task.embodiment.name
 
 
 def _shown_model(model: mujoco.MjModel) -> mujoco.MjModel:
-    """A copy of a model with nothing in it but what is to be seen, for whoever draws it writes into it."""
+    """Return a copy of a model with its hidden parts invisible; the viewer writes to it."""
     shown = copy.copy(model)
-    plane = shown.geom_type == mujoco.mjtGeom.mjGEOM_PLANE  # would become a grid without an end
+    plane = shown.geom_type == mujoco.mjtGeom.mjGEOM_PLANE  # would be shown as an endless grid
     shown.geom_type[plane] = mujoco.mjtGeom.mjGEOM_BOX
     shown.geom_rgba[plane | (shown.geom_group >= _SEEN), 3] = 0
     shown.site_group[:] = _NOWHERE

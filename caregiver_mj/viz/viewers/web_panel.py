@@ -1,4 +1,4 @@
-"""The panel beside the house: what one can do about the episode, and what there is to know of it."""
+"""The panel beside the house: controls of the episode, and its state."""
 
 from __future__ import annotations
 
@@ -21,26 +21,25 @@ from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.plans import sets
 from caregiver_mj.plans.floor_plan import FloorPlan, house_names
 from caregiver_mj.viz import colours
-from caregiver_mj.viz.forecast import SOON
-from caregiver_mj.viz.moment import HudState
+from caregiver_mj.viz.moment import SOON, HudState
 from caregiver_mj.viz.viewers.session import KEYS, Session
 
 _SPEEDS = ("0.1", "0.25", "0.5", "1", "2", "5", "10", "20")
 _STEPS: dict[str, Callable[[Session], None]] = {"0.02 s": Session.step, "1 move": Session.next_move}
 _NOTE = "padding:2px 14px 2px 8px;font-size:13px;overflow-wrap:anywhere"
-_MOST = 9  # children that can be asked for here
-Do = Callable[[Callable[[], None]], None]  # has something done in the thread of the simulation
+_MOST = 9  # greatest number of children in the form
+Do = Callable[[Callable[[], None]], None]  # runs a function in the thread of the simulation
 
 
 class Panel:
-    """The panel of a session, in all browsers that look at a server.
+    """The panel of a session, in all connected browsers.
 
     Attributes:
-        foreseen: Whether to lay on the floor what the caregiver foresees.
+        foreseen: Whether to show the caregiver's predictions on the floor.
     """
 
     def __init__(self, server: viser.ViserServer, session: Session, do: Do):
-        """Lay the panel out; `do` has something done in the thread of the simulation, for browsers ask in others."""
+        """Lay out the panel; `do` runs a function in the thread of the simulation."""
         self._gui, self._session, self._do = server.gui, session, do
         self._files = {session.spec.house}
         self._wrong: bool
@@ -48,7 +47,7 @@ class Panel:
         self._readout = self._gui.add_html("")
         self._add_targets()
         self._add_form()
-        self._told = self._gui.add_html("")
+        self._message = self._gui.add_html("")
         self._same = self._gui.add_html("")
 
     @property
@@ -73,18 +72,18 @@ class Panel:
             self.tell("")
 
     def tell(self, text: str, wrong: bool = False) -> None:
-        """Say something below the form; what is wrong stays until the next episode begins."""
+        """Show a message below the form; an error stays until the next episode."""
         if wrong or not self._wrong:
             colour = "color:#c92a2a;" if wrong else ""
-            self._told.content = f'<div class="told" style="{colour}{_NOTE}">{html.escape(text)}</div>'
+            self._message.content = f'<div class="told" style="{colour}{_NOTE}">{html.escape(text)}</div>'
             self._wrong = wrong
 
     def fill_in(self) -> None:
-        """Enter into the form what is shown now."""
+        """Fill the form with the present episode."""
         self._wrong = False
         spec = self._session.spec
         alike = set(map(str, spec.family.children))
-        # mypy does not see that viser lets these be set.
+        # viser's properties can be set, which mypy does not see.
         self._house.value = spec.house  # type: ignore[misc]
         self._epsilon.value = alike.pop() if len(alike) == 1 else str(spec.family)  # type: ignore[misc]
         self._children.value, self._child.value = len(spec.family), NOVICE  # type: ignore[misc]
@@ -94,7 +93,7 @@ class Panel:
         self._same.content = f'<div style="{_NOTE}">A film of it: <code class="same">{command}</code></div>'
         self._same.visible = spec.caregiver not in PLAYERS
 
-    # -- What there is ---------------------------------------------------------------------------
+    # -- Widgets ---------------------------------------------------------------------------------
 
     def _add_controls(self) -> None:
         gui, session = self._gui, self._session
@@ -109,13 +108,13 @@ class Panel:
         self._floor = gui.add_checkbox("Danger foreseen", True, hint="On the floor, if the caregiver looks ahead")
 
     def _add_targets(self) -> None:
-        """What who plays can choose: buttons, and the keys that they begin with."""
+        """Add the player's choices: buttons, and the keys with which their labels begin."""
         gui, session, self._nobody = self._gui, self._session, ("",)
         what = "Drive" if session.spec.caregiver == DRIVER else "Protect from"
         self._targets = gui.add_button_group(what, self._nobody, visible=False)
         self._targets.on_click(lambda event: self._choose(event.target.value[:1]))
         for key in KEYS if session.targets else ():
-            command = gui.add_command(f"{what} {key}", hotkey=key)  # type: ignore[arg-type]  # it is one
+            command = gui.add_command(f"{what} {key}", hotkey=key)  # type: ignore[arg-type]  # a valid key
             command.on_trigger(functools.partial(self._choose, key))
 
     def _choose(self, key: str, event: object = None) -> None:
@@ -136,7 +135,7 @@ class Panel:
             again.on_click(lambda event: self._do(lambda: self._begin(event.target.value)))
         self._wrong = False
 
-    # -- What is done in the thread of the simulation -----------------------------------------------
+    # -- In the thread of the simulation ------------------------------------------------------------
 
     def _begin(self, button: str) -> None:
         self._wrong = False
@@ -149,7 +148,7 @@ class Panel:
             self.fill_in()
 
     def _settings(self, button: str) -> dict[str, object]:
-        """What differs in the episode that a button begins."""
+        """Return the fields that change in the episode that a button begins."""
         if button != "Start":
             return {} if button == "Again" else {"episode": (self._session.spec.episode or 0) + 1}
         return {
@@ -161,7 +160,7 @@ class Panel:
         }
 
     def _named_house(self) -> dict[str, object]:
-        """The house; files can be named on the command line only, for who knows who looks at this page."""
+        """Return the house; only the command line accepts files, because anyone may see this page."""
         name = self._house.value.strip()
         if name in self._files or name in house_names() or sets.house(name) is not None:
             plan = FloorPlan.load(name, damage=self._session.spec.plan.damage)
@@ -169,7 +168,7 @@ class Panel:
         raise CaregiverError(f"no house '{name}': a file is named on the command line, --house FILE")
 
     def _family(self) -> ChildGroup:
-        """The children; code likewise."""
+        """Return the children; only the command line accepts code."""
         if any(part.count(":") > 1 for part in self._epsilon.value.split(",")):
             raise CaregiverError(f"no child '{self._epsilon.value}': your own is named on the command line, --child")
         family, count = ChildGroup.parse(self._epsilon.value, self._child.value), int(self._children.value)
@@ -181,7 +180,7 @@ class Panel:
 
 
 def options(spec: EpisodeSpec) -> str:
-    """Return the options that say an episode on the command line."""
+    """Return the command line options of an episode."""
     usual = EpisodeSpec(FloorPlan.load("paper"))
     said = {"house": spec.house, "epsilon": spec.family, "caregiver": spec.caregiver, "seed": spec.seed}
     said |= {} if spec.episode is None else {"episode": spec.episode}
@@ -195,7 +194,7 @@ def options(spec: EpisodeSpec) -> str:
 
 
 def readout(state: HudState) -> str:
-    """Return the whole, as HTML."""
+    """Return the state as HTML."""
     return _template().render(
         state=state,
         of_child=colours.of_child,

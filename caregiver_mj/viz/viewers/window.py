@@ -1,4 +1,4 @@
-"""A session in MuJoCo's own viewer: a window on the display of this machine."""
+"""A session in MuJoCo's viewer, a window on this machine's display."""
 
 from __future__ import annotations
 
@@ -17,11 +17,10 @@ import mujoco.viewer
 from caregiver_mj.caregivers.registry import PERSON
 from caregiver_mj.errors import RenderingError
 from caregiver_mj.viz.cameras import draw_label, draw_tiles
-from caregiver_mj.viz.forecast import place_of
-from caregiver_mj.viz.moment import HudState
+from caregiver_mj.viz.moment import HudState, place_of
 from caregiver_mj.viz.viewers.session import KEYS, Session
 
-_PERIOD = 1 / 60  # seconds between looks
+_PERIOD = 1 / 60  # s between updates
 _KEYS: dict[int, Callable[[Session], None]] = {
     glfw.KEY_SPACE: Session.toggle,
     glfw.KEY_RIGHT: Session.step,
@@ -35,24 +34,24 @@ _HELP = (
     "space\nright\ndown\n= -\nR N",
     "pause, go on\none step of 0.02 s\nto the next move\nfaster, slower\nagain, next episode",
 )
-_LAST_PICTURE = 20.0  # seconds that it may take
+_LAST_PICTURE = 20.0  # s; greatest time for the last picture
 _CAMERA = "overview"
-_LOWEST = 0.04  # metres: lower tiles and the rugs below them are too close for a window's depth buffer
-_BAR = 20  # letters of a full bar
+_LOWEST = 0.04  # m; lower tiles are too close to rugs for the window's depth buffer
+_BAR = 20  # characters of a full bar
 
 
 class Window:
-    """Shows a session in a window, which has a copy of what it draws: nobody waits for the other.
+    """Shows a session in a window, which draws a copy of the state, so that neither waits for the other.
 
     Attributes:
-        session: What is shown.
+        session: The session.
     """
 
     def __init__(self, session: Session):
         """Open the window.
 
         Raises:
-            RenderingError: There can be none.
+            RenderingError: No window can be opened.
         """
         self.session = session
         self._pressed: queue.SimpleQueue[int] = queue.SimpleQueue()
@@ -60,14 +59,14 @@ class Window:
         self._model = copy.copy(physics.model.ptr)
         self._model.vis.global_.fovy = self._model.camera(_CAMERA).fovy[0]
         self._data = mujoco.MjData(self._model)
-        if not glfw.init():  # else the viewer would wait for ever for a window
+        if not glfw.init():  # the viewer would wait for ever
             raise RenderingError("no window can be opened: use `caregiver-mj view --web` and a browser")
         before = set(threading.enumerate())
         try:
             self._viewer = mujoco.viewer.launch_passive(
                 self._model, self._data, key_callback=self._pressed.put, show_left_ui=False, show_right_ui=False
             )
-        except RuntimeError as error:  # on macOS, unless it is mjpython that runs this
+        except RuntimeError as error:  # on macOS without mjpython
             raise RenderingError(f"no window can be opened ({error}): `caregiver-mj view --web` needs none") from None
         self._drawing = set(threading.enumerate()) - before
         with self._viewer.lock():
@@ -79,7 +78,7 @@ class Window:
             self._viewer.cam.azimuth, self._viewer.cam.elevation = 90.0, math.degrees(math.asin(ahead[2]))
 
     def run(self) -> None:
-        """Run the session until somebody closes the window or interrupts it."""
+        """Run the session until the window is closed, or an interruption."""
         while self._viewer.is_running():
             due = time.monotonic() + _PERIOD
             while not self._pressed.empty():
@@ -97,7 +96,7 @@ class Window:
             raised = [dataclasses.replace(tile, height=max(tile.height, _LOWEST)) for tile in episode.tiles()]
             draw_tiles(self._viewer.user_scn, raised)
             state = episode.hud_state(trail_length=1)
-            if self.session.targets:  # whose keys are the viewer's own, too, and would hide things
+            if self.session.targets:  # the viewer has commands on the same keys, which would hide things
                 for flags, before in self._flags:
                     flags[:] = before
             if self.session.spec.caregiver == PERSON:
@@ -110,14 +109,14 @@ class Window:
         self._viewer.sync()
 
     def close(self) -> None:
-        """Close the window, and wait for its last picture: to end the process within it would hang."""
+        """Close the window, and wait for its last picture; a process that ends during it hangs."""
         self._viewer.close()
         for thread in self._drawing:
             thread.join(_LAST_PICTURE)
 
 
 def press(session: Session, key: int) -> None:
-    """Do what a key, as GLFW numbers them, stands for."""
+    """Apply a key, by its number in GLFW."""
     if key in _KEYS:
         _KEYS[key](session)
     elif key in map(ord, KEYS):
@@ -125,7 +124,7 @@ def press(session: Session, key: int) -> None:
 
 
 def texts(state: HudState, session: Session) -> tuple[str, str]:
-    """Return what stands in a corner of the window, in two columns."""
+    """Return the text in a corner of the window, as two columns."""
     rows = [
         ("caregiver", state.intervention or "none"),
         ("timestep", str(state.timestep)),

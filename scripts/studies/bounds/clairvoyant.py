@@ -8,10 +8,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from caregiver_mj.caregivers.caregiver import Caregiver
+from caregiver_mj.caregivers.caregiver import Caregiver, Future, PrivilegedCaregiver, Truth
 from caregiver_mj.caregivers.foresight.value_table import AllLayouts, costs
 from caregiver_mj.caregivers.percept import PAPER, Percept, bare_tables
-from caregiver_mj.caregivers.privileged import Future, PrivilegedCaregiver, Truth
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.interventions.verb import Interventions
 from caregiver_mj.plans.floor_plan import FloorPlan
