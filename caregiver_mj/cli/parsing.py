@@ -27,6 +27,7 @@ from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.robot.embodiments import EMBODIMENTS
 
 EXECUTORS = ("local", "dask")
+BEST = "best"  # in the place of an episode's number
 CAREGIVER = RULE[0]  # default of all commands
 
 
@@ -100,11 +101,22 @@ def read_spec(arguments: argparse.Namespace, **more: Any) -> EpisodeSpec:
     )
 
 
-def add_episode(command: argparse.ArgumentParser) -> None:
-    """Add the options for an episode of a run."""
+def add_episode(command: argparse.ArgumentParser, best: bool = False) -> None:
+    """Add the options for an episode of a run; with `best`, that of `read_rescue` too."""
     add_seed(command, "seed of the run that the episode belongs to")
-    command.add_argument("--episode", type=int, default=0, metavar="N", help="number of the episode in that run")
+    text = "number of the episode in that run"
+    if best:
+        text += f"; or {BEST}, the one of --answers in which --caregiver prevented most damage, where it did so"
+    kind = _number_or_best if best else int
+    command.add_argument("--episode", type=kind, default=0, metavar="N", help=text)
     add_sight(command)
+
+
+def _number_or_best(text: str) -> int | str:
+    try:
+        return text if text == BEST else int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"must be a number or {BEST}, got '{text}'") from None
 
 
 def add_sight(command: argparse.ArgumentParser) -> None:
@@ -242,7 +254,7 @@ def read_family(epsilon: str, arguments: argparse.Namespace) -> ChildGroup:
 
 def add_answers(command: argparse.ArgumentParser, does: str) -> None:
     """Add the options for a replay, for `read_answers`; `does` is the verb of the help text."""
-    command.add_argument("--answers", metavar="DIR", help=f"run of one house, to {does} what --caregiver did in it")
+    command.add_argument("--answers", metavar="DIR", help=f"run in the house, to {does} what --caregiver did in it")
     add_trust(command)
 
 
@@ -263,7 +275,7 @@ def read_answers(arguments: argparse.Namespace) -> tuple[str, ...]:
     """
     if arguments.answers is None:
         return ()
-    from caregiver_mj.experiments.finished import read_finished  # needs pandas, a second to import
+    from caregiver_mj.experiments.finished import best_rescue, read_finished  # need pandas, a second to import
 
     found = read_finished(arguments.answers)
     run = found.settings
@@ -271,13 +283,18 @@ def read_answers(arguments: argparse.Namespace) -> tuple[str, ...]:
         run.check_installed()
     (plan, *more), (family, *others) = run.plans, run.families
     blocks = [block for block in run.blocks() if block.caregiver == arguments.caregiver]
+    is_usual, wanted = run.world == "house" and run.task == SUPERVISE and not run.options, "one house and epsilon, "
+    if vars(arguments).get("episode") == BEST:
+        wanted, more, others = "", [], []
+        if is_usual:
+            plan, family, arguments.episode = best_rescue(found, arguments.caregiver)
+    blocks = [block for block in blocks if run.house_of(block) == plan and block.families == (family,)]
     results = (read_block(found.path, str(block)) or {} for block in blocks)
     answers = tuple(text for result in results if isinstance(text := result.get("answers"), str) and text)
-    is_usual = run.world == "house" and run.task == SUPERVISE and not run.options
     if more or others or not is_usual or not answers or len(answers) < len(blocks):
         raise CaregiverError(
-            f"--answers must be a run of one house, not of the grid, with one epsilon, and answers of "
-            f"'{arguments.caregiver}', got '{arguments.answers}'"
+            f"--answers must be a run of {wanted}not of the grid, with answers of '{arguments.caregiver}', got "
+            f"'{arguments.answers}'"
         )
     arguments.house, arguments.damage, arguments.epsilon = plan, str(plan.damage), str(family)
     arguments.task, arguments.child, arguments.children = SUPERVISE, NOVICE, None
