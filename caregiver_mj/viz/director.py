@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from caregiver_mj.house.fittings import nearest_eye
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, Where
 from caregiver_mj.plans.layout import WALL_HEIGHT
@@ -49,26 +50,9 @@ def overview(plan: FloorPlan, width: int, height: int) -> Frame:
 
 
 def _fit(corners: np.ndarray, aspect: float, column: float) -> Pose:
-    """Return the nearest pose that has all corners (n, 3) in a picture, left of a column with a share of its width.
-
-    A corner that is u to the right and f ahead of the origin is in the picture of a camera that is d behind and s to
-    the right of it if -left <= (u - s) / (f + d) <= right. Both bounds are linear in d and s; those of the height are
-    alike.
-    """
-    axes = Pose((0.0, 0.0, 0.0), 0.0, _STEEP).axes
-    u, v, f = (corners @ axes).T
-    high = _TANGENT / _MARGIN
-    wide = high * aspect
-
-    def bounds(along: np.ndarray, before: float, after: float) -> tuple[float, float]:
-        return float((-along - before * f).max()), float((along - after * f).max())
-
-    right = wide * (1 - 2 * column)
-    (left_most, right_most), (top_most, bottom_most) = bounds(u, wide, right), bounds(v, high, high)
-    distance = max((left_most + right_most) / (wide + right), (top_most + bottom_most) / (2 * high))
-    aside = (right_most - right * distance + wide * distance - left_most) / 2
-    below = (bottom_most - top_most) / 2
-    eye = aside * axes[:, 0] + below * axes[:, 1] - distance * axes[:, 2]
+    """Return the nearest pose that has all corners (n, 3) in a picture, left of a column with a share of its width."""
+    axes, high = Pose((0.0, 0.0, 0.0), 0.0, _STEEP).axes, _TANGENT / _MARGIN
+    eye = nearest_eye(corners, axes, (high * aspect, high * aspect * (1 - 2 * column)), high)
     far = -eye[2] / axes[2, 2]  # to the floor
     x, y, z = (eye + far * axes[:, 2]).tolist()
     return Pose((x, y, z), far, _STEEP)
