@@ -8,15 +8,17 @@ from typing import NamedTuple
 import numpy as np
 
 from caregiver_mj.house.fittings import nearest_eye
+from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, Where
 from caregiver_mj.plans.layout import WALL_HEIGHT
-from caregiver_mj.viz.cameras import FOVY, Pose
+from caregiver_mj.viz.cameras import FOVY, HIDDEN, Pose
 from caregiver_mj.viz.forecast import place_of
 from caregiver_mj.viz.moment import HudState
 
 _TANGENT = math.tan(math.radians(FOVY) / 2)
-_STEEP, _CLOSE_STEEP = math.radians(60.0), math.radians(52.0)  # below the horizon: lines of sight pass over low walls
+_STEEP = math.radians(60.0)  # below the horizon: lines of sight pass over low walls
+_CLOSE_STEEP, _STEEPEST = 52, 85  # degrees, of a close shot: as a rule, and where walls or furniture would hide somebody
 _MARGIN = 1.03  # size of a picture relative to that of the house
 _COLUMNS = 0.32, 0.29, 0.26, 0.23, 0.20  # shares of the width that may be left beside the house
 _WORTH = 1.08  # times as far off for a wider column
@@ -24,6 +26,7 @@ _TALL = 1.4  # metres, of what stands along the northern walls
 _AROUND = 0.75  # metres of room round those in a close shot
 _NEAREST, _FARTHEST = 3.4, 9.0  # metres off, of a close shot
 _LOOK_HEIGHT = 0.35  # metres: the middle of a close shot
+_MIDDLE, _RAISED = 0.40, 0.05  # metres: of a child and of a robot without its arm; of a hazard, above where it stands
 _PARTNER, _HAZARD = 4.0, 2.5  # metres from the child within which the robot, or a hazard, is in the close shot
 _CUT, _EASE = 2.5, 0.5  # metres that are cut and not panned; seconds after which two thirds of a pan are done
 # Metres between the fingers and a thing, or the middle of a landing behind a gate, within which the hand works on it.
@@ -59,24 +62,75 @@ def _fit(corners: np.ndarray, aspect: float, column: float) -> Pose:
 
 
 class CloseShot:
-    """Follows those whom the film is about: a child, the robot near it, and the hazard between them."""
+    """Follows those whom the film is about: a child, the robot near it, and the hazard between them.
 
-    def __init__(self, aspect: float, fps: float):
-        self._aspect, self._share = aspect, 1.0 - math.exp(-1.0 / (fps * _EASE))
-        self._now: np.ndarray | None = None  # x, y and distance, metres
+    It looks down as steeply as it must for nothing of `screens`, boxes as of that function, to hide them.
+    """
+
+    def __init__(self, aspect: float, fps: float, screens: np.ndarray = np.empty((0, 2, 3))):
+        self._aspect, self._share, self._screens = aspect, 1.0 - math.exp(-1.0 / (fps * _EASE)), screens
+        self._now: np.ndarray | None = None  # x, y and distance, metres, and elevation, radians
 
     def follow(self, state: HudState) -> Pose:
         """Return where the camera is in the next frame."""
-        wanted = close_pose(cast(state), self._aspect)
-        aim = np.array([*wanted.place[:2], wanted.distance])
+        wanted = clear_pose(cast(state), self._aspect, self._screens)
+        aim = np.array([*wanted.place[:2], wanted.distance, wanted.elevation])
         if self._now is None or math.dist(self._now[:2], aim[:2]) > _CUT:
             self._now = aim
         self._now = self._now + self._share * (aim - self._now)
-        x, y, distance = self._now.tolist()
-        return Pose((x, y, _LOOK_HEIGHT), distance, _CLOSE_STEEP)
+        x, y, distance, elevation = self._now.tolist()
+        return Pose((x, y, _LOOK_HEIGHT), distance, elevation)
 
 
-def close_pose(points: np.ndarray, aspect: float, azimuth: float = math.pi / 2, around: float = _AROUND) -> Pose:
+def screens(physics: Physics) -> np.ndarray:
+    """Return boxes (n, 2, 3) around all that stands still in a house and can hide somebody: corners in metres."""
+    model, data = physics.model.ptr, physics.data.ptr
+    still = np.flatnonzero((model.geom_bodyid == 0) & (model.geom_group < HIDDEN) & (model.geom_rgba[:, 3] == 1))
+    centre, half = np.split(model.geom_aabb[still], 2, axis=1)
+    turned = data.geom_xmat[still].reshape(-1, 3, 3)
+    centre = data.geom_xpos[still] + (turned @ centre[..., None])[..., 0]
+    half = (np.abs(turned) @ half[..., None])[..., 0]
+    return np.stack([centre - half, centre + half], axis=1)
+
+
+def clear_pose(points: np.ndarray, aspect: float, screens: np.ndarray) -> Pose:
+    """Return the least steep close pose from which no screen (n, 2, 3) hides a point; else one that hides fewest.
+
+    The points are in metres, (n, 3), the most important one first.
+    """
+    worth = np.ones(len(points))
+    worth[0] = len(points)
+    near = (screens[:, 1] > points.min(axis=0) - (0, _FARTHEST, 0)).all(axis=1)
+    screens = screens[near & (screens[:, 0, :2] < points[:, :2].max(axis=0)).all(axis=1)]
+    best, most = None, -1.0
+    for elevation in range(_CLOSE_STEEP, _STEEPEST + 1):
+        pose = close_pose(points[:, :2], aspect, elevation=math.radians(elevation))
+        eye = np.array(pose.place) - pose.distance * pose.axes[:, 2]
+        shown = worth @ ~hidden(points, eye, screens)
+        if shown > most:
+            best, most = pose, shown
+        if shown == worth.sum():
+            break
+    assert best is not None
+    return best
+
+
+def hidden(points: np.ndarray, eye: np.ndarray, screens: np.ndarray) -> np.ndarray:
+    """Return whether boxes (n, 2, 3) are between points (k, 3) and an eye (3,), bool (k,); one around it hides none."""
+    ray = eye - points
+    with np.errstate(divide="ignore", invalid="ignore"):  # along a face: an infinite share of the way, or no number
+        ends = (screens - points[:, None, None]) / ray[:, None, None]  # (k, n, 2, 3)
+    enters, leaves = np.fmin(*np.moveaxis(ends, 2, 0)).max(axis=2), np.fmax(*np.moveaxis(ends, 2, 0)).min(axis=2)
+    return ((0.0 < enters) & (enters < leaves) & (enters < 1.0)).any(axis=1)
+
+
+def close_pose(
+    points: np.ndarray,
+    aspect: float,
+    azimuth: float = math.pi / 2,
+    around: float = _AROUND,
+    elevation: float = math.radians(_CLOSE_STEEP),
+) -> Pose:
     """Return where a camera is close to all points on the floor, and looks along an azimuth.
 
     Args:
@@ -84,33 +138,33 @@ def close_pose(points: np.ndarray, aspect: float, azimuth: float = math.pi / 2, 
         aspect: Width of the picture over its height.
         azimuth: Radians.
         around: Metres of room round the points.
+        elevation: Radians below the horizon.
     """
     ahead = np.array([math.cos(azimuth), math.sin(azimuth)])
     axes = np.array([(ahead[1], -ahead[0]), ahead])  # to the right, and ahead
     low, high = (points @ axes.T).min(axis=0), (points @ axes.T).max(axis=0)
     half = (high - low) / 2 + around
-    needed = max(half[0] / aspect, half[1] * math.sin(_CLOSE_STEEP)) / _TANGENT
+    needed = max(half[0] / aspect, half[1] * math.sin(elevation)) / _TANGENT
     x, y = ((low + high) / 2 @ axes).tolist()
-    return Pose((x, y, _LOOK_HEIGHT), float(min(max(needed, _NEAREST), _FARTHEST)), _CLOSE_STEEP, azimuth)
+    return Pose((x, y, _LOOK_HEIGHT), float(min(max(needed, _NEAREST), _FARTHEST)), elevation, azimuth)
 
 
 def cast(state: HudState) -> np.ndarray:
-    """Return where those are whom a moment is about, (n, 2), metres, the child first."""
+    """Return the middles of those whom a moment is about, (n, 3), metres, the child first."""
     plan, robot = state.plan, state.robot
-    target = None if state.target == NOTHING else place_of(plan, state.target, state.candles)[:2]
+    target = None if state.target == NOTHING else place_of(plan, state.target, state.candles)
     near = target if target is not None else robot
     places = [child.position for child in state.children]
     child = places[0] if near is None else min(places, key=lambda place: math.dist(place, near[:2]))
-    found = [child]
+    found = [(*child, _MIDDLE)]
     if robot is not None and math.dist(robot[:2], child) < _PARTNER:
-        found.append(robot[:2])
-    hazards = [
-        place_of(plan, number, state.candles)[:2] for number in range(len(plan.hazards)) if number not in state.gone
-    ]
+        found.append((*robot[:2], _MIDDLE))
+    hazards = [place_of(plan, number, state.candles) for number in range(len(plan.hazards)) if number not in state.gone]
     if target is None and hazards:
-        target = min(hazards, key=lambda place: math.dist(place, child))
-    if target is not None and math.dist(target, child) < _HAZARD:
-        found.append(target)
+        target = min(hazards, key=lambda place: math.dist(place[:2], child))
+    if target is not None and math.dist(target[:2], child) < _HAZARD:
+        x, y, z = (*target, 0.0)[:3]  # on the floor where it has no height
+        found.append((x, y, z + _RAISED))
     return np.array(found)
 
 

@@ -107,7 +107,7 @@ class Studio:
         inset_size = hud.inset_size(width, height)
         if self._column:
             inset_size = hud.column_inset_size(width, height, self._column, episode.env.task.plan, episode.foresees)
-        self._follow = director.CloseShot(inset_size[0] / inset_size[1], picture.fps)
+        self._follow = director.CloseShot(inset_size[0] / inset_size[1], picture.fps, director.screens(physics))
         beside = self._inset_names(camera) if inset_size[1] >= _LEAST_INSET else []
         self._insets = {name: Camera(physics, _place(name), *inset_size) for name in beside}
 
