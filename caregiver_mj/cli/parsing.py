@@ -12,6 +12,7 @@ from typing import Any
 from caregiver_mj.caregivers.registry import CAREGIVERS, POLICIES, RULE
 from caregiver_mj.caregivers.server import REAL_TIME, WAITS, Queries
 from caregiver_mj.children.child_group import CHILDREN, NOVICE, ChildGroup
+from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.cli import PROGRAM
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.run_folder import StorageError, read_block
@@ -89,7 +90,8 @@ def add_who(command: argparse.ArgumentParser, others: str = "") -> None:
 def read_spec(arguments: argparse.Namespace, **more: Any) -> EpisodeSpec:
     """Return the episode of the options of `add_who`, `add_episode` and `add_queries`, with further fields."""
     plan, house = read_house(arguments), arguments.house
-    fields = {name: getattr(arguments, name) for name in ("seed", "episode", "sight", "task") if name in arguments}
+    names = ("seed", "episode", "sight", "task", "child_speed")
+    fields = {name: getattr(arguments, name) for name in names if name in arguments}
     return EpisodeSpec(
         plan,
         read_family(arguments.epsilon, arguments),
@@ -222,6 +224,13 @@ def add_children(command: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help=f"behaviour of children without a name in --epsilon: {' '.join(CHILDREN)}, or yours as module:object",
     )
+    command.add_argument(
+        "--child-speed",
+        type=float,
+        default=WALKING_SPEED,
+        metavar="M_PER_S",
+        help="speed at which children walk: toddlers 0.25 to 0.8 (default: the paper's 1.6 km/h)",
+    )
 
 
 def read_family(epsilon: str, arguments: argparse.Namespace) -> ChildGroup:
@@ -298,7 +307,8 @@ def read_answers(arguments: argparse.Namespace) -> tuple[str, ...]:
         )
     arguments.house, arguments.damage, arguments.epsilon = plan, str(plan.damage), str(family)
     arguments.task, arguments.child, arguments.children = SUPERVISE, NOVICE, None
-    arguments.seed, arguments.embodiment, arguments.sight = run.seed, run.embodiment, run.sight
+    for name in ("seed", "embodiment", "sight", "child_speed"):
+        setattr(arguments, name, getattr(run, name))
     return answers
 
 

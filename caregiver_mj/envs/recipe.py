@@ -59,6 +59,8 @@ class Recording:
             raise CaregiverError(f"task must be {TARGETS} in the grid, got '{spec.task}'")
         if spec.world == "grid" and (self.cameras or spec.options):
             raise CaregiverError("cameras and seconds must be left out in the grid, which has neither")
+        if spec.world == "grid" and spec.child_speed != WALKING_SPEED:
+            raise CaregiverError(f"child_speed must be {WALKING_SPEED:.3f} in targets of the grid")
         if len(set(self.cameras)) < len(self.cameras):
             raise CaregiverError(f"cameras must be different, got {' '.join(self.cameras)}")
         if any(side % 2 or not 32 <= side <= 2160 for side in self.size):
@@ -71,8 +73,9 @@ class Recording:
     def kwargs(self) -> dict[str, Any]:
         """Arguments of the environment, except the house."""
         spec = self.spec
-        options = {"embodiment": spec.embodiment} if spec.world == "house" else {}
+        options: dict[str, Any] = {"embodiment": spec.embodiment} if spec.world == "house" else {}
         options |= {} if spec.sight == "all" else {"sight": spec.sight}
+        options |= {} if spec.child_speed == WALKING_SPEED else {"child_speed": spec.child_speed}
         given = {"epsilon": str(spec.family), "task_kwargs": options | spec.options}
         given |= {"world": spec.world} if spec.task == TARGETS else {}
         return {key: value for key, value in given.items() if value}
@@ -112,7 +115,7 @@ class Recording:
         if isinstance(env, HouseEnv):
             rate, names = 1 / env.dm_env.control_timestep(), env.dm_env.action_spec().name.split("\t")
         else:
-            rate, names = WALKING_SPEED / spec.plan.cell_size, ["target"]  # one decision per novice timestep
+            rate, names = spec.child_speed / spec.plan.cell_size, ["target"]  # one decision per novice timestep
         text = _TARGET_TASK if spec.task == TARGETS else _purpose(spec.task)
         return About(
             task=text,

@@ -230,7 +230,7 @@ def rescue_start(spec: EpisodeSpec, answers: str, seconds: float) -> float:
 
         (found,) = run([dataclasses.replace(spec, caregiver=who)], [watch], answers=text).measured
         damage.append(so_far)
-    prevented = np.subtract(*damage)
+    prevented = np.array(damage[0]) - damage[1]
     timestep = found["sim_seconds"] / (len(prevented) - 1)
     length = min(math.ceil(seconds / timestep), len(prevented) - 1)
     gain = prevented[length:] - prevented[:-length]

@@ -48,6 +48,7 @@ specs = st.builds(
     seed=st.integers(0, 2**80),
     embodiment=st.sampled_from(["mobile_fr3", "mobile_ur5e"]),
     sight=st.sampled_from(["all", "walls", "rooms:3"]),
+    child_speed=st.floats(0.1, 1.0),
     task=st.sampled_from(["supervise", "block_stairs", "targets"]),
     task_kwargs=st.dictionaries(st.text(), number | st.lists(number) | st.dictionaries(st.text(), number)),
     queries=queries,
@@ -106,6 +107,18 @@ def test_what_changes_no_row_does_not_change_it():
     same = dataclasses.replace(ASKS, file="mine.txt", queries=Queries(folder="run/exchanges"))
     assert same.digest() == ASKS.digest()
     assert dataclasses.replace(ASKS, caregiver="nearest", queries=Queries(max_calls=3)).queries == Queries()
+
+
+def test_the_speed_of_children_is_in_a_record_only_where_it_is_not_the_papers():
+    usual, faster = (EpisodeSpec(PLAN, 0.5, "none", child_speed=speed) for speed in (1.6 / 3.6, 0.8))
+    assert usual.record() == EpisodeSpec(PLAN, 0.5, "none").record()
+    assert "child_speed" not in usual.record()
+    assert faster.record()["child_speed"] == 0.8
+    settings = Settings.around(faster, ("none",), 1)
+    assert Settings.of_record(settings.record()).spec(PLAN, faster.family, "none") == faster
+    for wrong in (0.0, 3.0, "fast", float("nan")):
+        with pytest.raises(CaregiverError, match="child_speed, in m/s, must be in"):
+            EpisodeSpec(PLAN, 0.5, "none", child_speed=wrong)
 
 
 def test_fields_are_taken_as_people_write_them():
