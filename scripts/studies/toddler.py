@@ -80,10 +80,10 @@ def watch(plan: FloorPlan, epsilon: float, episodes: int) -> dict[str, list[floa
         cells.append(world.child_cell[:, 0].copy())
         toys.append((world.ledger.toys - before)[:, 0] > 0)
         before = world.ledger.toys.copy()
-    return _measure(np.array(actions).T, np.array(cells).T, np.array(toys).T, beside, plan.cell_size)
+    return measure(np.array(actions).T, np.array(cells).T, np.array(toys).T, beside, plan.cell_size)
 
 
-def _measure(
+def measure(
     actions: np.ndarray, cells: np.ndarray, toys: np.ndarray, beside: np.ndarray, cell_size: float
 ) -> dict[str, list[float]]:
     """Return the observations of episodes: move, cell and whether a toy was reached, (episodes, timesteps) each."""
