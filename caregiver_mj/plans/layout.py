@@ -396,5 +396,7 @@ def _rectangles(mask: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 def _runs(parts: np.ndarray) -> list[tuple[int, int]]:
     """Return the first and end index of every run of true values."""
-    change = np.diff(np.pad(parts, 1).astype(np.int8))
-    return list(zip(np.flatnonzero(change == 1).tolist(), np.flatnonzero(change == -1).tolist(), strict=True))
+    padded = np.zeros(len(parts) + 2, bool)  # by hand: several times as fast as `np.pad`
+    padded[1:-1] = parts
+    change = np.flatnonzero(padded[1:] != padded[:-1]).tolist()
+    return list(zip(change[::2], change[1::2], strict=True))
