@@ -77,6 +77,7 @@ OTHER = {
     "seed": [1],
     "embodiment": ["mobile_ur5e"],
     "sight": ["walls", "rooms:1"],
+    "child_speed": [0.25, 0.8],
     "task": ["block_stairs"],
     "task_kwargs": [
         {"control_timestep": 0.04},
