@@ -72,7 +72,7 @@ def watch(plan: FloorPlan, epsilon: float, episodes: int) -> dict[str, list[floa
     streams = [episode_streams(number, 1) for number in range(episodes)]
     world.reset(streams)
     _, target, _ = plan.graph.moves
-    beside = np.isin(target, [Target.TABLE, Target.STAIRWELL, Target.BIN]).any(axis=1)
+    beside = np.array([not {*found} <= {Target.FREE, Target.WALL} for found in target.tolist()])
     actions, cells, toys, before = [], [], [], world.ledger.toys.copy()
     while not world.over:
         world.move_children()
