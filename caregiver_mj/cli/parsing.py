@@ -292,7 +292,8 @@ def read_answers(arguments: argparse.Namespace) -> tuple[str, ...]:
         run.check_installed()
     (plan, *more), (family, *others) = run.plans, run.families
     blocks = [block for block in run.blocks() if block.caregiver == arguments.caregiver]
-    is_usual, wanted = run.world == "house" and run.task == SUPERVISE and not run.options, "one house and epsilon, "
+    is_usual = run.world == "house" and run.task == SUPERVISE and not run.options
+    wanted = "of one floor plan and epsilon "
     if vars(arguments).get("episode") == BEST:
         wanted, more, others = "", [], []
         if is_usual:
@@ -302,7 +303,7 @@ def read_answers(arguments: argparse.Namespace) -> tuple[str, ...]:
     answers = tuple(text for result in results if isinstance(text := result.get("answers"), str) and text)
     if more or others or not is_usual or not answers or len(answers) < len(blocks):
         raise CaregiverError(
-            f"--answers must be a run of {wanted}not of the grid, with answers of '{arguments.caregiver}', got "
+            f"--answers must be a run {wanted}in the house, with answers of '{arguments.caregiver}', got "
             f"'{arguments.answers}'"
         )
     arguments.house, arguments.damage, arguments.epsilon = plan, str(plan.damage), str(family)

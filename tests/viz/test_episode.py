@@ -125,6 +125,9 @@ def test_the_best_rescue_of_a_run_is_filmed_where_it_happens(tmp_path, monkeypat
     assert cli.main(["render", "--episode", "best", "--out", out]) == 2
     assert cli.main(["render", "--episode", "first", "--out", out]) == 2
     assert capsys.readouterr().err.count("--episode") == 2
+    grid = str(write_run(tmp_path / "grid"))
+    assert cli.main(["render", "--answers", grid, "--caregiver", "paper", "--episode", "best", "--out", out]) == 2
+    assert "--answers must be a run in the house" in capsys.readouterr().err
 
     def made(specs, observers, answers):
         """Alone, a child is hurt in the timesteps 40 and 101; with the caregiver in the first of them only."""
