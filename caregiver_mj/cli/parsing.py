@@ -108,7 +108,7 @@ def add_episode(command: argparse.ArgumentParser, best: bool = False) -> None:
     add_seed(command, "seed of the run that the episode belongs to")
     text = "number of the episode in that run"
     if best:
-        text += f"; or {BEST}, the one of --answers in which --caregiver prevented most damage, where it did so"
+        text += f", or {BEST}: where --caregiver prevented most damage in --answers"
     kind = _number_or_best if best else int
     command.add_argument("--episode", type=kind, default=0, metavar="N", help=text)
     add_sight(command)
@@ -229,7 +229,7 @@ def add_children(command: argparse.ArgumentParser) -> None:
         type=float,
         default=WALKING_SPEED,
         metavar="M_PER_S",
-        help="speed at which children walk: toddlers 0.25 to 0.8 (default: the paper's 1.6 km/h)",
+        help="speed of children: toddlers 0.25 to 0.8 (default: 1.6 km/h)",
     )
 
 
