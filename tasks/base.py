@@ -14,7 +14,7 @@ from dm_env import specs
 from caregiver_mj.caregivers.caregiver import Caregiver, Truth, starting_tables
 from caregiver_mj.children.child_group import ChildGroup, ChildrenLike
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS, Random, RandomStream, random_state, start_cells
-from caregiver_mj.children.walk import WALKING_SPEED, novice_timestep
+from caregiver_mj.children.walk import WALKING_SPEED, check_speed, novice_timestep
 from caregiver_mj.errors import CaregiverError, UnknownOptionError, check_kind, check_number
 from caregiver_mj.house.candles import Candles, watch_candle
 from caregiver_mj.house.children import Children
@@ -119,6 +119,7 @@ class CareTask(control.Task):
         has_robot: Whether the robot is in the house.
         control_timestep: Seconds between actions.
         novice_timestep: Seconds of a novice timestep.
+        child_speed: Speed at which the children walk, m/s.
     """
 
     # Properties of a task.
@@ -138,6 +139,7 @@ class CareTask(control.Task):
         control_timestep: float = CONTROL_TIMESTEP,
         *,
         compliant_children: bool = False,
+        child_speed: float = WALKING_SPEED,
         sensing: Sensing | Mapping[str, Any] | None = None,
         sight: Sight | str = "all",
         **placement: Any,
@@ -154,6 +156,8 @@ class CareTask(control.Task):
                 up to a child's move.
             compliant_children: Whether children yield to a push, so that forces on them are realistic; else they are
                 kinematic.
+            child_speed: Speed at which children walk, m/s, 0.1 to 1; a novice timestep is as much shorter as they are
+                faster.
             sensing: Errors of observations, as `Sensing.of` takes them; None for exact ones.
             sight: Which children observations show: `all`, or those in view, as `Sight.of` takes it.
             placement: Fields of `Placement`.
@@ -165,7 +169,8 @@ class CareTask(control.Task):
         """
         check_kind("robot", robot, bool)
         check_kind("compliant_children", compliant_children, bool)
-        _check_timestep(control_timestep, plan)
+        self.child_speed = check_speed(child_speed)
+        _check_timestep(control_timestep, plan, child_speed)
         try:
             placed = Placement(**placement)
         except TypeError as error:
@@ -175,8 +180,8 @@ class CareTask(control.Task):
         self.plan, self.family = plan, ChildGroup.of(family)
         self.has_robot, self.embodiment = robot, find_embodiment(embodiment)
         self.control_timestep = control_timestep
-        self.novice_timestep = novice_timestep(control_timestep, plan.cell_size)
-        self.children = Children(plan, self.family.make(plan), self.novice_timestep, compliant_children)
+        self.novice_timestep = novice_timestep(control_timestep, plan.cell_size, child_speed)
+        self.children = Children(plan, self.family.make(plan), self.novice_timestep, compliant_children, child_speed)
         rectangles = layout.Layout(plan).tables.copy()
         if offset := placed.table_offset:
             rectangles[:, :2] += self.random.uniform(-offset, offset, (len(plan.tables), 2))
@@ -316,6 +321,7 @@ class CareTask(control.Task):
             sensing=self.sensing,
             sight=self.sight,
             novice_timestep=self.novice_timestep,
+            child_speed=self.child_speed,
             table_heights=self.table_heights.copy() if self._shows_heights and self.plan.tables else None,
             orders=None if type(self).orders is CareTask.orders else self.orders,
             caregiver_seed=self.caregiver_seed,
@@ -379,9 +385,9 @@ class CareTask(control.Task):
         return bool(self.candles.standing(physics)[candle])
 
 
-def _check_timestep(seconds: float, plan: FloorPlan) -> None:
+def _check_timestep(seconds: float, plan: FloorPlan, child_speed: float) -> None:
     """Raise CaregiverError for an invalid control timestep; dm_control checks that physics steps divide it."""
-    move = plan.cell_size / WALKING_SPEED
+    move = plan.cell_size / child_speed
     if not (isinstance(seconds, numbers.Real) and 0 < seconds <= move):
         raise CaregiverError(
             f"control_timestep must be positive and no longer than a child's move, {move:.3g} s, got {seconds!r}"

@@ -195,9 +195,9 @@ ODD = {
         *(
             (
                 lambda n=n: GridWorld(TINY, 0.5, None, caregiver_actions=n),
-                "caregiver_actions must be an integer of at least 1",
+                "caregiver_actions must be in 1 to 100",
             )
-            for n in (0, -1, 2.5)
+            for n in (0, -1, 0.5, "3")
         ),
         (lambda: run(ONE, "1,1"), "streams must be 2 in each"),
         (lambda: run_episodes(TINY, 0.5, None, [-1]), "seed of an episode must be an integer from 0"),

@@ -9,12 +9,16 @@ Measurements at free play, from the sources' abstracts or introductions:
 - 12- to 19-month-olds make 2,368 steps an hour (Adolph et al. 2012, "How do you learn to walk? Thousands of steps and
   dozens of falls per day", Psychological Science 23) and travel 7.7 American football fields (as Hoch, O'Grady and
   Adolph 2018, "It's the journey, not the destination", Developmental Science, have it from there).
+- At home infants of 13 to 23 months stay at an object for 9.8 s in the median (Herzberg et al. 2022, "Infant exuberant
+  object play at home", Child Development 93); with toys in the room they walk as much as without (Hoch, O'Grady and
+  Adolph 2019, as above).
 - Many steps are made in place; to a destination they lead straight (Hoch, Rachwani and Adolph 2019, "Where infants
   go", Child Development 91); most other bouts are curved, with steps in all directions ("The cost of simplifying
   complex developmental phenomena: a new perspective on learning to walk", PMC5911424).
 
 Assumptions, because the full texts were not available: a longer bout of a 13-month-old continues like one of a
-19-month-old, pauses are geometric, and a bout without a goal turns at random.
+19-month-old, pauses and stays at a toy are geometric, and a bout without a goal turns at random. To walk as much with
+toys as without, it makes up for the time at a toy: it pauses less after its next bouts.
 """
 
 from __future__ import annotations
@@ -25,7 +29,7 @@ from caregiver_mj.children.behaviour import ChildPercept
 from caregiver_mj.children.novice import Novice
 from caregiver_mj.children.random_stream import pick
 from caregiver_mj.children.walk import WALKING_SPEED
-from caregiver_mj.plans.cell_graph import ACTIONS
+from caregiver_mj.plans.cell_graph import ACTIONS, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
@@ -34,6 +38,7 @@ SHARE_OF_SHORT_BOUTS = 0.5  # of all bouts, at 13 months
 SHARE_OF_SHORT_BOUTS_AT_19_MONTHS = 0.41
 STEPS_AN_HOUR = 2368.0
 METRES_AN_HOUR = 7.7 * 91.44  # a football field has 100 yards
+DWELL = 9.8  # s at a toy, median
 
 STEP_LENGTH = METRES_AN_HOUR / STEPS_AN_HOUR  # 0.297 m
 SHARE_OF_TIME_WALKING = METRES_AN_HOUR / 3600.0 / WALKING_SPEED  # 0.44, at the paper's speed of 1.6 km/h
@@ -48,21 +53,22 @@ class Toddler(Novice):
 
     The number of cells of a bout follows from the length of its steps, on average: a cell of 0.75 m takes two and a
     half steps, and one bout in six stays within its cell. With probability epsilon a bout has no goal, and its moves
-    are random; else they follow a shortest path to the bin. Most bouts of real toddlers have no goal: epsilon is above
-    0.5.
+    are random; else they follow a shortest path to the bin, where the bout ends and the child plays. Most bouts of real
+    toddlers have no goal: epsilon is above 0.5.
     """
 
     def __init__(self, plan: FloorPlan, epsilon: float):
         super().__init__(plan, epsilon)
         self._moves_a_step = STEP_LENGTH / plan.cell_size
         moves = mean_bout() * self._moves_a_step
-        pause = moves * (1.0 / SHARE_OF_TIME_WALKING - 1.0)  # timesteps, on average
-        self._setting_out = min(1.0, 1.0 / pause)
+        self._pause = max(1.0, moves * (1.0 / SHARE_OF_TIME_WALKING - 1.0))  # timesteps, on average
+        self._done_playing = 1.0 - 0.5 ** (plan.cell_size / WALKING_SPEED / DWELL)  # probability, in a timestep
         self.reset(1)
 
     def reset(self, batch: int) -> None:
         self._moves_left = np.zeros(batch, int)
-        self._has_goal = np.zeros(batch, bool)
+        self._has_goal, self._plays = np.zeros((2, batch), bool)
+        self._behind = np.zeros(batch)  # timesteps by which it has rested longer than without toys
 
     def act(self, sight: ChildPercept, draws: np.ndarray) -> np.ndarray:
         rests = self._moves_left == 0
@@ -70,11 +76,19 @@ class Toddler(Novice):
         greedy = actions[np.arange(len(count)), pick(draws[:, 1], count)]
         action = np.where(self._has_goal, greedy, pick(draws[:, 1], len(ACTIONS)))
         # A resting child reaches no bin, so all three draws are available for the next bout.
-        sets_out = rests & (draws[:, 0] < self._setting_out)
-        rounding = draws[:, 0] / self._setting_out  # uniform in [0, 1) if it sets out
+        hurries = ~self._plays & (self._behind > 0.0)
+        likely = np.where(self._plays, self._done_playing, np.where(hurries, 1.0, 1.0 / self._pause))
+        sets_out = rests & (draws[:, 0] < likely)
+        self._behind += (rests & (self._plays | hurries)) - self._pause * (sets_out & (self._plays | hurries))
+        rounding = draws[:, 0] / likely  # uniform in [0, 1) if it sets out
         moves = np.floor(bout_steps(draws[:, 1]) * self._moves_a_step + rounding).astype(int)
         self._has_goal = np.where(sets_out, draws[:, 2] >= self.epsilons(len(draws)), self._has_goal)
-        self._moves_left = np.where(sets_out, moves, np.maximum(self._moves_left - 1, 0))
+        _, target, number = self.plan.graph.moves
+        arrives = ~rests & (target[sight.cell, action] == Target.BIN) & (number[sight.cell, action] == sight.goal)
+        self._plays = (self._plays & ~sets_out) | arrives
+        left = np.where(sets_out, moves, np.maximum(self._moves_left - 1, 0))
+        self._behind += arrives * left * (1.0 / SHARE_OF_TIME_WALKING - 1.0)  # the rest that belongs to moves not made
+        self._moves_left = left * ~arrives
         return np.where(rests, NOTHING, action)
 
 

@@ -5,21 +5,32 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
+from caregiver_mj.errors import check_number
 from caregiver_mj.plans.floor_plan import DEFAULT_CELL_SIZE
 
 Vector = tuple[float, float]
 
 WALKING_SPEED = 1.6 / 3.6  # m/s, of 1 to 2 year olds (paper, section V.C)
+# Of these; a child that walks faster than they do does all of it faster in proportion, for its timestep is shorter.
 BUMP_SPEED = 0.62  # m/s; greatest speed towards an obstacle, with which a bump into any wall fits into a timestep
 FASTEST = 1.0  # m/s; greatest speed, after turning back late
+SLOWEST_CHILD, FASTEST_CHILD = 0.1, 1.0  # m/s; speeds of children that the worlds accept
 _TURN_RATE = 8.0  # 1/s; gain from the heading's error to the rate of turning
 _FRONTAL = 0.2  # cosine between motion and contact above which the contact is in the way
 _HALF_WAY = 0.5  # share of the way up to which a blocked toddler turns back
 
 
-def novice_timestep(control_timestep: float, cell_size: float = DEFAULT_CELL_SIZE) -> float:
+def check_speed(child_speed: float) -> float:
+    """Return a child's speed, m/s, as a float; raise CaregiverError unless it is one that the worlds accept."""
+    check_number("child_speed, in m/s,", child_speed, SLOWEST_CHILD, FASTEST_CHILD)
+    return float(child_speed)
+
+
+def novice_timestep(
+    control_timestep: float, cell_size: float = DEFAULT_CELL_SIZE, child_speed: float = WALKING_SPEED
+) -> float:
     """Return the time in seconds to walk the length of a cell, rounded to whole control timesteps."""
-    return round(cell_size / WALKING_SPEED / control_timestep) * control_timestep
+    return round(cell_size / child_speed / control_timestep) * control_timestep
 
 
 class ToddlerWalk:
@@ -34,8 +45,10 @@ class ToddlerWalk:
         returns: Whether it has turned back.
     """
 
-    def __init__(self, duration: float):
+    def __init__(self, duration: float, child_speed: float = WALKING_SPEED):
         self._duration = duration  # s; of a move, there or there and back
+        haste = child_speed / WALKING_SPEED
+        self._bump_speed, self._fastest = haste * BUMP_SPEED, haste * FASTEST
 
     def reset(self, position: Vector, yaw: float) -> None:
         """Place the toddler, at rest."""
@@ -98,8 +111,8 @@ class ToddlerWalk:
             return 0.0, 0.0
         speed = distance / self._left
         if self._bumps or self.returns:
-            speed = max(speed, min(BUMP_SPEED, distance / min(self._left, 0.02)))
-        speed = min(speed, FASTEST)
+            speed = max(speed, min(self._bump_speed, distance / min(self._left, 0.02)))
+        speed = min(speed, self._fastest)
         return speed * dx / distance, speed * dy / distance
 
 

@@ -122,6 +122,7 @@ def _settings(arguments: argparse.Namespace, exchanges: pathlib.Path) -> Setting
         seed=arguments.seed,
         embodiment=arguments.embodiment,
         sight=arguments.sight,
+        child_speed=arguments.child_speed,
         queries=parsing.read_queries(arguments, exchanges),
     )
     settings.check()

@@ -12,6 +12,7 @@ from typing import Any
 from caregiver_mj.caregivers.registry import CAREGIVERS, POLICIES, RULE
 from caregiver_mj.caregivers.server import REAL_TIME, WAITS, Queries
 from caregiver_mj.children.child_group import CHILDREN, NOVICE, ChildGroup
+from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.cli import PROGRAM
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.run_folder import StorageError, read_block
@@ -27,6 +28,7 @@ from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.robot.embodiments import EMBODIMENTS
 
 EXECUTORS = ("local", "dask")
+BEST = "best"  # in the place of an episode's number
 CAREGIVER = RULE[0]  # default of all commands
 
 
@@ -88,7 +90,8 @@ def add_who(command: argparse.ArgumentParser, others: str = "") -> None:
 def read_spec(arguments: argparse.Namespace, **more: Any) -> EpisodeSpec:
     """Return the episode of the options of `add_who`, `add_episode` and `add_queries`, with further fields."""
     plan, house = read_house(arguments), arguments.house
-    fields = {name: getattr(arguments, name) for name in ("seed", "episode", "sight", "task") if name in arguments}
+    names = ("seed", "episode", "sight", "task", "child_speed")
+    fields = {name: getattr(arguments, name) for name in names if name in arguments}
     return EpisodeSpec(
         plan,
         read_family(arguments.epsilon, arguments),
@@ -100,11 +103,22 @@ def read_spec(arguments: argparse.Namespace, **more: Any) -> EpisodeSpec:
     )
 
 
-def add_episode(command: argparse.ArgumentParser) -> None:
-    """Add the options for an episode of a run."""
+def add_episode(command: argparse.ArgumentParser, best: bool = False) -> None:
+    """Add the options for an episode of a run; with `best`, that of `read_rescue` too."""
     add_seed(command, "seed of the run that the episode belongs to")
-    command.add_argument("--episode", type=int, default=0, metavar="N", help="number of the episode in that run")
+    text = "number of the episode in that run"
+    if best:
+        text += f", or {BEST}: where --caregiver prevented most damage in --answers"
+    kind = _number_or_best if best else int
+    command.add_argument("--episode", type=kind, default=0, metavar="N", help=text)
     add_sight(command)
+
+
+def _number_or_best(text: str) -> int | str:
+    try:
+        return text if text == BEST else int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"must be a number or {BEST}, got '{text}'") from None
 
 
 def add_sight(command: argparse.ArgumentParser) -> None:
@@ -210,6 +224,13 @@ def add_children(command: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help=f"behaviour of children without a name in --epsilon: {' '.join(CHILDREN)}, or yours as module:object",
     )
+    command.add_argument(
+        "--child-speed",
+        type=float,
+        default=WALKING_SPEED,
+        metavar="M_PER_S",
+        help="speed of children: toddlers 0.25 to 0.8 (default: 1.6 km/h)",
+    )
 
 
 def read_family(epsilon: str, arguments: argparse.Namespace) -> ChildGroup:
@@ -242,7 +263,7 @@ def read_family(epsilon: str, arguments: argparse.Namespace) -> ChildGroup:
 
 def add_answers(command: argparse.ArgumentParser, does: str) -> None:
     """Add the options for a replay, for `read_answers`; `does` is the verb of the help text."""
-    command.add_argument("--answers", metavar="DIR", help=f"run of one house, to {does} what --caregiver did in it")
+    command.add_argument("--answers", metavar="DIR", help=f"run in the house, to {does} what --caregiver did in it")
     add_trust(command)
 
 
@@ -263,7 +284,7 @@ def read_answers(arguments: argparse.Namespace) -> tuple[str, ...]:
     """
     if arguments.answers is None:
         return ()
-    from caregiver_mj.experiments.finished import read_finished  # needs pandas, a second to import
+    from caregiver_mj.experiments.finished import best_rescue, read_finished  # need pandas, a second to import
 
     found = read_finished(arguments.answers)
     run = found.settings
@@ -271,17 +292,24 @@ def read_answers(arguments: argparse.Namespace) -> tuple[str, ...]:
         run.check_installed()
     (plan, *more), (family, *others) = run.plans, run.families
     blocks = [block for block in run.blocks() if block.caregiver == arguments.caregiver]
+    is_usual = run.world == "house" and run.task == SUPERVISE and not run.options
+    wanted = "of one floor plan and epsilon "
+    if vars(arguments).get("episode") == BEST:
+        wanted, more, others = "", [], []
+        if is_usual:
+            plan, family, arguments.episode = best_rescue(found, arguments.caregiver)
+    blocks = [block for block in blocks if run.house_of(block) == plan and block.families == (family,)]
     results = (read_block(found.path, str(block)) or {} for block in blocks)
     answers = tuple(text for result in results if isinstance(text := result.get("answers"), str) and text)
-    is_usual = run.world == "house" and run.task == SUPERVISE and not run.options
     if more or others or not is_usual or not answers or len(answers) < len(blocks):
         raise CaregiverError(
-            f"--answers must be a run of one house, not of the grid, with one epsilon, and answers of "
-            f"'{arguments.caregiver}', got '{arguments.answers}'"
+            f"--answers must be a run {wanted}in the house, with answers of '{arguments.caregiver}', got "
+            f"'{arguments.answers}'"
         )
     arguments.house, arguments.damage, arguments.epsilon = plan, str(plan.damage), str(family)
     arguments.task, arguments.child, arguments.children = SUPERVISE, NOVICE, None
-    arguments.seed, arguments.embodiment, arguments.sight = run.seed, run.embodiment, run.sight
+    for name in ("seed", "embodiment", "sight", "child_speed"):
+        setattr(arguments, name, getattr(run, name))
     return answers
 
 

@@ -43,7 +43,7 @@ def add_render(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument("--task", default="supervise", help=f"the task: {', '.join(TASKS)}")
     parsing.add_who(command)
-    parsing.add_episode(command)
+    parsing.add_episode(command, best=True)
     parsing.add_queries(command)
     parsing.add_answers(command, "film")
     command.add_argument("--seconds", type=float, default=30.0, help="greatest length of the film")
@@ -85,6 +85,9 @@ def add_view(command: argparse.ArgumentParser) -> None:
 
 
 def _render(arguments: argparse.Namespace) -> None:
+    is_best = arguments.episode == parsing.BEST
+    if is_best and arguments.answers is None:
+        raise CaregiverError(f"--episode {parsing.BEST} requires --answers DIR, a finished run in the house")
     answers = parsing.read_answers(arguments)
     if arguments.seed < 0 or arguments.episode < 0:
         raise CaregiverError(f"seed and episode must be at least 0, got {arguments.seed} and {arguments.episode}")
@@ -97,14 +100,16 @@ def _render(arguments: argparse.Namespace) -> None:
 
     from caregiver_mj.viz import film  # takes seconds to import
 
+    text = answers[arguments.episode] if answers else ""
     film.render_episode(
         arguments.out,
         spec,
         seconds=arguments.seconds,
+        start=film.rescue_start(spec, text, arguments.seconds) if is_best else 0.0,
         picture=film.Picture(camera=arguments.camera),
         overlay=arguments.overlay,
         still=arguments.still,
-        answers=answers[arguments.episode] if answers else "",
+        answers=text,
     )
     print(arguments.out)
 

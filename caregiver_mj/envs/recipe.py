@@ -70,8 +70,9 @@ class Recording:
     def kwargs(self) -> dict[str, Any]:
         """Arguments of the environment, except the house."""
         spec = self.spec
-        options = {"embodiment": spec.embodiment} if spec.world == "house" else {}
+        options: dict[str, Any] = {"embodiment": spec.embodiment} if spec.world == "house" else {}
         options |= {} if spec.sight == "all" else {"sight": spec.sight}
+        options |= {} if spec.child_speed == WALKING_SPEED else {"child_speed": spec.child_speed}
         given = {"epsilon": str(spec.family), "task_kwargs": options | spec.options}
         given |= {"world": spec.world} if spec.task == TARGETS else {}
         return {key: value for key, value in given.items() if value}
@@ -111,7 +112,7 @@ class Recording:
         if isinstance(env, HouseEnv):
             rate, names = 1 / env.dm_env.control_timestep(), env.dm_env.action_spec().name.split("\t")
         else:
-            rate, names = WALKING_SPEED / spec.plan.cell_size, ["target"]  # one decision per novice timestep
+            rate, names = spec.child_speed / spec.plan.cell_size, ["target"]  # one decision per novice timestep
         text = _TARGET_TASK if spec.task == TARGETS else _purpose(spec.task)
         return About(
             task=text,

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.experiments import statistics
 from caregiver_mj.experiments.blocks import Tables
@@ -21,6 +22,7 @@ from caregiver_mj.experiments.run_folder import RunFolder, describe_differences,
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.spec import BARE_TABLES
 from caregiver_mj.outside import LARGEST_PIECE, LARGEST_RATIO, LARGEST_TABLE, limited_memory, plain, read_file
+from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.recording.record import MEASURES
 
 SCORE = ("score", "score_ci_low", "score_ci_high")
@@ -236,6 +238,30 @@ def _foreign_summary(found: Finished) -> bool:
         row["caregiver"] for row in summary["harm"] if all(isinstance(row["worst"][text], str) for text in texts)
     }
     return (rows, judged, harmful) != (wanted, acting, {name for name, _ in acting if name != BARE_TABLES})
+
+
+def best_rescue(run: Finished, caregiver: str) -> tuple[FloorPlan, ChildGroup, int]:
+    """Return house, children and number of the episode in which a caregiver prevented most damage.
+
+    Raises:
+        CaregiverError: The run lacks `none` or the caregiver, or that prevented nothing.
+    """
+    settings, key = run.settings, ["house", "family", "episode"]
+    for name in dict.fromkeys(("none", caregiver)):
+        if name not in settings.caregivers:
+            raise CaregiverError(
+                f"the run in '{run.path}' must have '{name}' to find the best rescue of '{caregiver}', got "
+                f"{', '.join(settings.caregivers)}"
+            )
+    alone, guarded = (
+        run.episodes[run.episodes.caregiver == name].set_index(key).damage for name in ("none", caregiver)
+    )
+    prevented = (alone - guarded).sort_index()
+    if not prevented.max() > 0:
+        raise CaregiverError(f"'{caregiver}' must prevent damage in an episode of '{run.path}', got none: see `report`")
+    house, family, episode = prevented.idxmax()
+    group = next(group for group in settings.families if str(group) == family)
+    return settings.plan_of[house], group, int(episode)
 
 
 def pool_runs(runs: Sequence[Finished], out: str | os.PathLike[str]) -> dict[str, Any]:

@@ -18,7 +18,7 @@ from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.spec import BARE_TABLES, EpisodeSpec, episode_random, episode_streams
-from caregiver_mj.grid.world import BareTablesWorld, GridWorld
+from caregiver_mj.grid.world import CAREGIVER_ACTIONS, BareTablesWorld, GridWorld
 from caregiver_mj.recording.ledger import Ledger, Rollout
 
 if TYPE_CHECKING:
@@ -121,6 +121,8 @@ def make_house(spec: EpisodeSpec, *, answers: str = "", visuals: bool = True) ->
     who: Any = replayed(spec.plan, answers) if answers else spec.caregiver
     found = None if answers else find_caregiver(spec.caregiver, queries=spec.queries)
     kwargs = {"robot": spec.has_robot, "embodiment": spec.embodiment, **spec.options}
+    if spec.child_speed != WALKING_SPEED:  # a user's task need not have this argument
+        kwargs["child_speed"] = spec.child_speed
     env = tasks.load(
         spec.task,
         spec.plan,
@@ -152,7 +154,8 @@ def make_grid(specs: Sequence[EpisodeSpec], answers: str = "") -> GridWorld:
         return BareTablesWorld(first.plan, children)
     given = ReplayedCaregiver(first.plan, unpacked(answers)) if answers else None
     caregiver = given or make_caregiver(first.caregiver, first.plan, first.seed, first.queries)
-    return GridWorld(first.plan, children, caregiver, sight=first.sight)
+    actions = CAREGIVER_ACTIONS * (WALKING_SPEED / first.child_speed)
+    return GridWorld(first.plan, children, caregiver, caregiver_actions=actions, sight=first.sight)
 
 
 @contextlib.contextmanager
@@ -218,7 +221,7 @@ def run(specs: Sequence[EpisodeSpec], observers: Sequence[Observer] = (), *, ans
         rollout.run_on()
         given = text()
     times = {
-        "sim_seconds": EPISODE_TIMESTEPS * first.plan.cell_size / WALKING_SPEED
+        "sim_seconds": EPISODE_TIMESTEPS * first.plan.cell_size / first.child_speed
         if first.in_grid
         else rollout.env.physics.time(),
         "wall_seconds": (time.perf_counter() - start) / len(specs),

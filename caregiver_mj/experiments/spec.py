@@ -15,9 +15,10 @@ from typing import Any
 import numpy as np
 
 from caregiver_mj.caregivers.registry import CAREGIVERS, RULE, find_caregiver, is_caregiver
-from caregiver_mj.caregivers.server import Queries
+from caregiver_mj.caregivers.server import REAL_TIME, Queries
 from caregiver_mj.children.child_group import ChildGroup, ChildSpec
 from caregiver_mj.children.random_stream import RandomStream
+from caregiver_mj.children.walk import WALKING_SPEED, check_speed
 from caregiver_mj.errors import CaregiverError, check_integer, check_kind
 from caregiver_mj.outside import plain
 from caregiver_mj.plans.floor_plan import FloorPlan, check_starts
@@ -33,11 +34,13 @@ BARE_TABLES = "floor"  # bare-tables baseline: damage that no caregiver can prev
 NOBODY = ("none", BARE_TABLES)  # baselines, in the place of a caregiver
 
 
-_OWN_FIELDS = ("family", "random", "robot", "embodiment", "sight")  # arguments of a task with their own fields
+# Arguments of a task with their own fields.
+_OWN_FIELDS = ("family", "random", "robot", "embodiment", "sight", "child_speed")
 # Default values, as JSON, of fields that a record omits.
 _USUAL: dict[str, Any] = {
     "file": "",
     "sight": "all",
+    "child_speed": WALKING_SPEED,
     "task": SUPERVISE,
     "task_kwargs": {},
     "queries": Queries().record(),
@@ -50,6 +53,7 @@ class Conditions:
 
     embodiment: str = DEFAULT  #: name of the robot in the house
     sight: str = "all"  #: what the caregivers see, as `plans.visibility.Sight.of` takes it
+    child_speed: float = WALKING_SPEED  #: m/s, at which the children walk: by default the paper's 1.6 km/h
     task: str = SUPERVISE  #: one of `ALL_TASKS`, or `targets`
     #: further arguments of the task in the house, as `load` takes them, such as `sensing`, `control_timestep` and
     #: `time_limit`: a dictionary, stored as JSON
@@ -63,6 +67,7 @@ class Conditions:
         check_kind("queries", self.queries, Queries)
         vars(self).update(
             sight=self.sight if self.sight == "all" else str(Sight.of(self.sight)),
+            child_speed=check_speed(self.child_speed),
             task_kwargs="{}" if options == "{}" else _json(options),
         )
 
@@ -107,6 +112,9 @@ class Conditions:
         if world == "grid" and (self.task not in (SUPERVISE, TARGETS) or self.options):
             raise CaregiverError(f"task must be {SUPERVISE} or {TARGETS} in the grid, with no task_kwargs")
         self.queries.check()
+        usual_only = self.task == TARGETS or self.queries.thinking == REAL_TIME
+        if world == "grid" and usual_only and self.child_speed != WALKING_SPEED:
+            raise CaregiverError("child_speed must be left out in the grid with targets, or where time does not wait")
         for plan in plans:
             check_kind("a house", plan, FloorPlan, advice=": FloorPlan.load makes one")
         self._check_house(world, plans, families, caregivers)

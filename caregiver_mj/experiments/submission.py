@@ -21,6 +21,7 @@ import numpy as np
 import pandas as pd
 
 from caregiver_mj.caregivers.answers import unpacked
+from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.experiments import two_level
 from caregiver_mj.experiments.blocks import MAPS, Tables, belongs, check_answers, run_block, tables_of
@@ -317,10 +318,11 @@ def board(verified: Sequence[tuple[Submission, pd.DataFrame]]) -> str:
         by = dict(tuple(with_costs(episodes, settings.plans).groupby("caregiver")))
         plans = _digest("\n\n".join(f"{plan.cell_size:g}\n{plan.text}" for plan in settings.plans))[:8]
         world = settings.world if settings.world == "grid" else f"house, {settings.embodiment}"
+        speed = "" if settings.child_speed == WALKING_SPEED else f" at {settings.child_speed:g} m/s"
         track = (
             f"{markdown(world)}, {markdown(settings.place)}, {len(settings.plans)} houses (sha256 {plans}), damage "
             f"{settings.plans[0].damage}, sight {settings.sight}, epsilon "
-            f"{markdown(', '.join(map(str, settings.families)))}, "
+            f"{markdown(', '.join(map(str, settings.families)))}{speed}, "
             f"seed {settings.seed}, source {source_digest(settings.world)}"
         )
         rows = tracks.setdefault(track, [])

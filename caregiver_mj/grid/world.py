@@ -6,6 +6,10 @@ action, except with a candle in the hand, which it puts down first. Get and plac
 to close a gate, or to pick up a thing in its cell, is an action, too. A caregiver that yields makes room for the
 children when it has nothing to do, and keeps its distance where one bars its way (`plans/routes.py`).
 
+Beside children that walk at another speed it has more actions or fewer, also a fraction: it acts at a steady rhythm,
+and does an action in the timestep in which that is over. With five thirds it does one, two, two, one, two, two: what is
+left of a timestep counts for the next.
+
 A child's move is immediate, as in the paper, so that a caregiver cannot come in between.
 
 The caregiver sees everything, as in the paper, or a part, by its `Sight` (`grid/eyes.py`).
@@ -14,6 +18,7 @@ The caregiver sees everything, as in the paper, or a part, by its `Sight` (`grid
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -25,7 +30,7 @@ from caregiver_mj.children.behaviour import ChildPercept
 from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.children.random_stream import Random, RandomStream, start_cells
 from caregiver_mj.children.rules import DENIED, MoveRules, denied
-from caregiver_mj.errors import CaregiverError, check_integer, check_kind
+from caregiver_mj.errors import CaregiverError, check_kind, check_number
 from caregiver_mj.grid.eyes import GridEyes
 from caregiver_mj.grid.verbs import GRID_VERBS, GridState
 from caregiver_mj.interventions.verb import BLOCK, DO_NOTHING, LOOK, VERBS, Interventions, half_of, verb_of
@@ -37,6 +42,8 @@ from caregiver_mj.plans.visibility import Sight
 from caregiver_mj.recording.ledger import Ledger, Rollout
 
 CAREGIVER_ACTIONS = int(PAPER.cells)  # in a novice timestep
+MOST_ACTIONS = 100
+_ROUNDING = 1e-6  # of an action
 
 
 class GridWorld(GridState, Rollout):
@@ -56,7 +63,7 @@ class GridWorld(GridState, Rollout):
         family: ChildGroup | float | str,
         caregiver: Caregiver | None,
         *,
-        caregiver_actions: int = CAREGIVER_ACTIONS,
+        caregiver_actions: float = CAREGIVER_ACTIONS,
         sight: Sight | str = "all",
     ):
         """Prepare the episodes.
@@ -65,14 +72,14 @@ class GridWorld(GridState, Rollout):
             plan: The house.
             family: The children, as `ChildGroup.of` takes them.
             caregiver: The caregiver, or None.
-            caregiver_actions: Actions of the caregiver in a novice timestep.
+            caregiver_actions: Actions of the caregiver in a novice timestep, on average.
             sight: The caregiver's sight, as `plans.visibility.Sight.of` takes it.
 
         Raises:
             CaregiverError: A privileged caregiver has limited sight, the caregiver or a child is for another house, or
                 there is no caregiver action.
         """
-        check_integer("caregiver_actions", caregiver_actions, 1)
+        check_number("caregiver_actions", caregiver_actions, 1, MOST_ACTIONS)
         self.sight = Sight.of(sight)
         if isinstance(caregiver, PrivilegedCaregiver) and not self.sight.is_full:
             raise CaregiverError(f"sight must be all with a caregiver that needs privileged information, got {sight}")
@@ -258,10 +265,14 @@ class GridWorld(GridState, Rollout):
     # -- The caregiver ---------------------------------------------------------------------------
 
     def care(self, caregiver: Caregiver) -> None:
-        """Run the caregiver's actions of one novice timestep."""
-        actions = self._caregiver_actions
-        for done in range(actions):
-            self.time_left = np.full(len(self.holding), (actions - done) / actions)
+        """Run the caregiver's actions of one novice timestep.
+
+        `time_left` is that of the actions left in it, over that of a novice timestep.
+        """
+        each = self._caregiver_actions
+        done, end = (math.floor(each * timestep + _ROUNDING) for timestep in (self.timestep - 1, self.timestep))
+        for left in range(end - done, 0, -1):
+            self.time_left = np.full(len(self.holding), left / each)
             self.act_caregiver(caregiver)
         verb = self.orders.verb
         handles = np.any([verb == name for name, one in VERBS.items() if one.handles], axis=0)

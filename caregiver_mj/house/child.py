@@ -12,7 +12,7 @@ import numpy as np
 from caregiver_mj.children.behaviour import Behaviour, ChildPercept
 from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.children.rules import DENIED, MoveRules, denied
-from caregiver_mj.children.walk import ToddlerWalk, Vector
+from caregiver_mj.children.walk import WALKING_SPEED, ToddlerWalk, Vector
 from caregiver_mj.house.figure import Mood
 from caregiver_mj.plans.cell_graph import ACTIONS, Cell, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -53,10 +53,17 @@ class HouseChild:
         holds: Whether it has taken a thing.
     """
 
-    def __init__(self, plan: FloorPlan, behaviour: Behaviour, novice_timestep: float, state: np.ndarray | None = None):
+    def __init__(
+        self,
+        plan: FloorPlan,
+        behaviour: Behaviour,
+        novice_timestep: float,
+        state: np.ndarray | None = None,
+        speed: float = WALKING_SPEED,
+    ):
         # What has become of each hazard, (hazards,), at any time; as planned if left out.
         self._state = np.zeros(len(plan.hazards), int) if state is None else state
-        self.behaviour, self.walk = behaviour, ToddlerWalk(novice_timestep)
+        self.behaviour, self.walk = behaviour, ToddlerWalk(novice_timestep, speed)
         self._plan, self._rules = plan, MoveRules(plan)
         self._damage, self._things = plan.damage, [hazard.kind for hazard in plan.hazards.at(Where.ON_TABLE)]
 

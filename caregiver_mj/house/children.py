@@ -10,6 +10,7 @@ import numpy as np
 
 from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.children.random_stream import RandomStream
+from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.house.candles import Candles
 from caregiver_mj.house.child import SOFTNESS, Booking, CompliantBody, HouseChild
 from caregiver_mj.house.physics import Physics
@@ -30,11 +31,16 @@ class Children(Sequence[HouseChild]):
     harm = 0.0
 
     def __init__(
-        self, plan: FloorPlan, behaviours: Sequence[Behaviour], novice_timestep: float, compliant: bool = False
+        self,
+        plan: FloorPlan,
+        behaviours: Sequence[Behaviour],
+        novice_timestep: float,
+        compliant: bool = False,
+        speed: float = WALKING_SPEED,
     ):
         self._bodies = [CompliantBody() for _ in behaviours] if compliant else []
         self.state = np.full(len(plan.hazards), State.AS_PLANNED)
-        self._children = [HouseChild(plan, behaviour, novice_timestep, self.state) for behaviour in behaviours]
+        self._children = [HouseChild(plan, behaviour, novice_timestep, self.state, speed) for behaviour in behaviours]
         self._plan, self._gates = plan, slice(len(plan.landings), len(plan.stairwells))
         self._places = [tuple(plan.position(cell).tolist()) for cell in plan.caregiver_cells]
 

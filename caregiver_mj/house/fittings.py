@@ -212,6 +212,11 @@ def _soft_noise(random: np.random.Generator, shape: tuple[int, int], blur: tuple
 
 def read_model(name: str, visuals: bool = True) -> mujoco.MjSpec:
     """Read a model of the package; without visuals, those are taken out here, where that is quicker than in a scene."""
+    return _parsed(name, visuals).copy()  # ten times as fast as to parse it again
+
+
+@functools.cache
+def _parsed(name: str, visuals: bool) -> mujoco.MjSpec:
     file = importlib.resources.files("caregiver_mj.models") / f"{name}.xml"
     model = mujoco.MjSpec.from_string(file.read_text(encoding="utf-8"))
     if not visuals:
@@ -285,8 +290,11 @@ def add_cameras(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
     sun.pos = -2 * radius * sun.dir / np.linalg.norm(sun.dir)
 
     corners = np.array(np.meshgrid([-half_x, half_x], [-half_y, half_y], [0, WALL_HEIGHT])).reshape(3, -1).T
-    forward = np.array([0, np.cos(_OVERVIEW_ELEVATION), -np.sin(_OVERVIEW_ELEVATION)])
-    _add_camera(spec.worldbody, "overview", _overview_position(corners, forward), forward, _OVERVIEW_FOVY)
+    cosine, sine = np.cos(_OVERVIEW_ELEVATION), np.sin(_OVERVIEW_ELEVATION)
+    axes = np.array([[1, 0, 0], [0, -sine, cosine], [0, -cosine, -sine]])
+    high = np.tan(np.radians(_OVERVIEW_FOVY) / 2) / _OVERVIEW_MARGIN
+    eye = nearest_eye(corners, axes, (high * _OVERVIEW_ASPECT, high * _OVERVIEW_ASPECT), high)
+    _add_camera(spec.worldbody, "overview", eye, axes[:, 2], _OVERVIEW_FOVY)
 
     offset = np.array(_FOLLOW_OFFSET)
     follow = _add_camera(spec.body("toddler/toddler"), "follow", offset, -offset, _FOLLOW_FOVY)
@@ -301,19 +309,27 @@ def _add_camera(
     return body.add_camera(name=name, pos=position, quat=[np.cos(pitch / 2), np.sin(pitch / 2), 0, 0], fovy=fovy)
 
 
-def _overview_position(corners: np.ndarray, forward: np.ndarray) -> np.ndarray:
-    """The nearest position (3,) from which a camera sees all corners (n, 3), looking along the plane of y and z.
+def nearest_eye(corners: np.ndarray, axes: np.ndarray, wide: tuple[float, float], high: float) -> np.ndarray:
+    """Return the nearest position (3,) from which a camera has all corners (n, 3) in its picture, metres.
 
-    A corner at height v and depth f in camera coordinates is in the picture if |v - s| <= t (f + d), where t is the
-    tangent of half the vertical field of view, d the camera's distance behind and s its shift above the origin.
-    Both bounds are linear in d and s, so the narrowest fit of top and bottom has a closed form; the width adds
-    |u| <= t_x (f + d).
+    A corner that is u to the right and f ahead of the origin is in the picture of a camera that is d behind and s to
+    the right of it if -left <= (u - s) / (f + d) <= right. Both bounds are linear in d and s; those of the height are
+    alike.
+
+    Args:
+        corners: Metres.
+        axes: The picture's axes to the right, down, and ahead, (3, 3), a column each.
+        wide: How far the picture extends to the left and to the right, a metre before the camera, metres.
+        high: How far it extends up, and down.
     """
-    right = np.array([1.0, 0, 0])
-    up = np.cross(right, forward)
-    u, v, f = corners @ right, corners @ up, corners @ forward
-    tangent = np.tan(np.radians(_OVERVIEW_FOVY) / 2) / _OVERVIEW_MARGIN
-    top, bottom = (v / tangent - f).max(), (-v / tangent - f).max()
-    width = (np.abs(u) / (tangent * _OVERVIEW_ASPECT) - f).max()
-    distance = max((top + bottom) / 2, width)
-    return up * tangent * (top - bottom) / 2 - forward * distance
+    u, v, f = (corners @ axes).T
+
+    def bounds(along: np.ndarray, before: float, after: float) -> tuple[float, float]:
+        return float((-along - before * f).max()), float((along - after * f).max())
+
+    (left_most, right_most), (top_most, bottom_most) = bounds(u, *wide), bounds(v, high, high)
+    distance = max((left_most + right_most) / sum(wide), (top_most + bottom_most) / (2 * high))
+    aside = (right_most - wide[1] * distance + wide[0] * distance - left_most) / 2
+    below = (bottom_most - top_most) / 2
+    eye: np.ndarray = axes @ [aside, below, -distance]
+    return eye

@@ -26,6 +26,7 @@ class TaskInfo:
     sensing: Sensing  # errors, gaps and delay of observations
     sight: Sight  # which children observations show
     novice_timestep: float  # s
+    child_speed: float  # m/s, at which the children walk
     # m; heights of the tables' tops, (tables,), if observations show them; else None
     table_heights: np.ndarray | None
     # returns the order in an observation; None if the task leaves the choice to the caregiver

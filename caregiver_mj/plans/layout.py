@@ -222,7 +222,7 @@ class Layout:
         for cell in sorted((*plan.free_cells, *plan.bins, *plan.tables)):
             for down, right in ((-1, 0), (0, 1), (0, -1)):
                 wall = (cell[0] + down, cell[1] + right)
-                beside = [(wall[0] + k * right, wall[1] + k * down) for k in (-1, 0, 1)]
+                beside = [(wall[0] + k * right, wall[1] + k * down) for k in (0, -1, 1)]  # most are not even wall
                 if cell in no_place or any(not self.plan.is_wall(w) or w in alcoves for w in beside):
                     continue
                 inwards = np.array([-right, down])  # x and y
@@ -247,7 +247,7 @@ class Layout:
     def _is_outer(self, wall: Cell, outwards: Cell) -> bool:
         """Whether a cell is straight wall, with nothing but the outside behind it."""
         (down, right), plan = outwards, self.plan
-        beside = [(wall[0] + k * right, wall[1] + k * down) for k in (-1, 0, 1)]
+        beside = [(wall[0] + k * right, wall[1] + k * down) for k in (0, -1, 1)]  # most are not even wall
         if any(not plan.is_wall(cell) or cell in self._alcoves for cell in beside):
             return False
         parts = self._outside[3 * wall[0] : 3 * wall[0] + 3, 3 * wall[1] : 3 * wall[1] + 3]
@@ -396,5 +396,7 @@ def _rectangles(mask: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 def _runs(parts: np.ndarray) -> list[tuple[int, int]]:
     """Return the first and end index of every run of true values."""
-    change = np.diff(np.pad(parts, 1).astype(np.int8))
-    return list(zip(np.flatnonzero(change == 1).tolist(), np.flatnonzero(change == -1).tolist(), strict=True))
+    padded = np.zeros(len(parts) + 2, bool)  # by hand: several times as fast as `np.pad`
+    padded[1:-1] = parts
+    change = np.flatnonzero(padded[1:] != padded[:-1]).tolist()
+    return list(zip(change[::2], change[1::2], strict=True))

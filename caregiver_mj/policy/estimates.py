@@ -64,8 +64,16 @@ def hand_error(sensing: Sensing, robot: Embodiment, things: Sequence[Thing]) -> 
 class Senses:
     """Estimates of everything that the robot observes."""
 
-    def __init__(self, sensing: Sensing, robot: RobotMotion, control_timestep: float, things: Sequence[Thing]):
+    def __init__(
+        self,
+        sensing: Sensing,
+        robot: RobotMotion,
+        control_timestep: float,
+        things: Sequence[Thing],
+        haste: float = 1.0,
+    ):
         self._sensing, self._robot, self._timestep, self._things = sensing, robot, control_timestep, things
+        self._comes = haste * BUMP_SPEED  # m/s, of a child
         self._steps, self._exact = sensing.delay_steps(control_timestep), sensing.is_exact
 
     @property
@@ -81,7 +89,7 @@ class Senses:
         late = self.age + sum(self._timestep * blur.dropout / (1.0 - blur.dropout) for blur in (child, base))
         lasting = math.hypot(child.bias, base.bias)
         white = _error(child.noise, _UNSTEADY), _error(base.noise, _STEADY[0])
-        return late * BUMP_SPEED + _SIGMAS * math.hypot(lasting, *white)
+        return late * self._comes + _SIGMAS * math.hypot(lasting, *white)
 
     def reset(self) -> None:
         """Begin an episode, after the reset of the robot's references."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from caregiver_mj.caregivers.percept import PAPER, Pace
+from caregiver_mj.children.walk import BUMP_SPEED, FASTEST, WALKING_SPEED
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -31,8 +32,10 @@ _POINTS, _SLOWEST = 10, 0.02  # points of a cell's way at which the speed is com
 _AHEAD, _ASIDE = 5, 3  # cells ahead and aside at which a child no longer slows the robot down
 
 
-def robot_pace(navigator: Navigator, novice_timestep: float, control_timestep: float) -> Pace:
-    """Return the pace of a navigator's robot in its house, given a novice timestep and a control step, s."""
+def robot_pace(
+    navigator: Navigator, novice_timestep: float, control_timestep: float, child_speed: float = WALKING_SPEED
+) -> Pace:
+    """Return the pace of a navigator's robot in its house, given novice timestep, control step, s, and child speed."""
     base = navigator.robot.limits.base
     lost = base.velocity / base.acceleration + base.acceleration / base.jerk  # from rest to rest
     cells, seconds = 0, 0.0
@@ -58,26 +61,34 @@ def robot_pace(navigator: Navigator, novice_timestep: float, control_timestep: f
         start=lost / of_a_cell,
         close=closes / of_a_cell,
         pick_up=picks_up / of_a_cell,
-        beside=beside_a_child(navigator.robot, navigator.plan.cell_size, navigator.plan.cell_size / of_a_cell),
+        beside=beside_a_child(
+            navigator.robot, navigator.plan.cell_size, navigator.plan.cell_size / of_a_cell, child_speed
+        ),
     )
 
 
-def beside_a_child(robot: Embodiment, cell_size: float, speed: float) -> tuple[tuple[float, ...], ...]:
+def beside_a_child(
+    robot: Embodiment, cell_size: float, speed: float, child_speed: float = WALKING_SPEED
+) -> tuple[tuple[float, ...], ...]:
     """Return `Pace.beside`: times to drive to the next cell with a child standing beside the way.
 
-    Their unit is the time for a cell without a child. The cell size is in m, the speed in m/s.
+    Their unit is the time for a cell without a child. The cell size is in m, the speeds are in m/s.
     """
+    haste = child_speed / WALKING_SPEED
     return tuple(
-        tuple(_way_past(robot, cell_size, speed, (cell_size * ahead, cell_size * aside)) for aside in range(_ASIDE))
+        tuple(
+            _way_past(robot, cell_size, speed, (cell_size * ahead, cell_size * aside), haste) for aside in range(_ASIDE)
+        )
         for ahead in range(_AHEAD)
     )
 
 
-def _way_past(robot: Embodiment, cell_size: float, speed: float, child: tuple[float, float]) -> float:
+def _way_past(robot: Embodiment, cell_size: float, speed: float, child: tuple[float, float], haste: float) -> float:
     stands, nothing = (ChildView(child, (0.0, 0.0)),), np.zeros((0, 4))
     rates = []
     for point in (np.arange(_POINTS) + 0.5) * cell_size / _POINTS:
         view = View(0.0, (point, 0.0, 0.0), 0.0, nothing, stands, nothing[:, :3], nothing)
+        view.child_comes, view.child_runs = haste * BUMP_SPEED, haste * FASTEST
         rates.append(allowed_rate(view, robot, (speed, 0.0)))
     return float(np.mean(1.0 / np.maximum(_SLOWEST, rates)))
 

@@ -14,7 +14,7 @@ from collections.abc import Callable, Container
 import numpy as np
 
 from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.children.walk import BUMP_SPEED, WALKING_SPEED
+from caregiver_mj.children.walk import BUMP_SPEED, FASTEST, WALKING_SPEED
 from caregiver_mj.danger.child_model import CHANGE, child_chain
 from caregiver_mj.danger.tracker import Tracker
 from caregiver_mj.plans import layout
@@ -55,7 +55,8 @@ class Perception:
     """Perception of one robot in one house.
 
     With inexact sensing, observations are predictions from `age` seconds ago, candles have a white error of
-    `candle_noise` metres (one sigma), and children may be `unsure` metres nearer than observed.
+    `candle_noise` metres (one sigma), and children may be `unsure` metres nearer than observed. They walk `haste` times
+    as fast as in the paper.
 
     Attributes:
         table_heights: Heights of the tables' tops, (tables,), m; None for the standard height.
@@ -70,13 +71,15 @@ class Perception:
         unsure: float = 0.0,
         sight: Sight = FULL,
         frames: Callable[[], dict[str, np.ndarray]] | None = None,
+        haste: float = 1.0,
     ):
-        self._is_full, self._lurking = sight.is_full, Lurking(plan, sight.turns)
+        self._comes, self._runs = haste * BUMP_SPEED, haste * FASTEST  # m/s, of a child
+        self._is_full, self._lurking = sight.is_full, Lurking(plan, sight.turns, self._comes)
         self._pictures = visibility(plan, sight).seen if sight.turns else None
         self._in_view = self._looked = np.ones(len(plan.free_cells), bool)  # now, and at the tracker's last update
         self._tracker: Tracker  # from `reset` on, with partial sight
         self._plan, self._age, self._unsure, self._frames = plan, age, unsure, frames
-        strays = age * BUMP_SPEED  # m; error of a predicted place if the child has stopped or turned
+        strays = age * self._comes  # m; error of a predicted place if the child has stopped or turned
         self._smallest_move = (_SMALLEST_MOVE if is_exact else _SMALLEST_SEEN) + strays
         self._clear_distance = _CLEAR_DISTANCE + strays
         self._as_usual = max(_AS_USUAL, _SIGMAS * candle_noise)
@@ -143,6 +146,8 @@ class Perception:
             lurking=lurking,
             hidden=hidden,
             gaze=gaze,
+            child_comes=self._comes,
+            child_runs=self._runs,
         )
 
     def _remembered(self, base: Vector, seen: dict[int, ChildView], now: float) -> tuple[ChildView, ...]:
@@ -152,7 +157,7 @@ class Perception:
         for number, ((x, y), then) in self._last.items():
             if number not in seen and now - then < _REMEMBERED:
                 away = math.dist((x, y), base)
-                nearer = min(BUMP_SPEED * (now - then), max(0.0, away - _FELT)) / away if away else 0.0
+                nearer = min(self._comes * (now - then), max(0.0, away - _FELT)) / away if away else 0.0
                 found.append(ChildView((x + nearer * (base[0] - x), y + nearer * (base[1] - y)), (0.0, 0.0)))
         return tuple(found)
 
@@ -347,8 +352,8 @@ class Lurking:
     child may be, except at the base, where it would be felt. Otherwise it may come from any unseen place of that cell.
     """
 
-    def __init__(self, plan: FloorPlan, turns: bool):
-        self._plan, self._turns = plan, turns
+    def __init__(self, plan: FloorPlan, turns: bool, comes: float):
+        self._plan, self._turns, self._comes = plan, turns, comes  # m/s, of a child
         self.forget()
         centres = np.array([plan.position(cell) for cell in plan.free_cells])
         self._places = centres[:, None] + plan.cell_size * PLACES
@@ -392,7 +397,7 @@ class Lurking:
                 off, out = min(gone * BUMP_SPEED / WALKING_SPEED, 1.0 - gone, 0.5), PLACES.max() * PLACES.any(axis=1)
                 hides = ~visible & (may_be & near)[:, None] & (off >= out / 2)
                 strays = np.where(out > 0.0, off, min(off, PLACES.max() / 2)) - out
-                nearer = np.maximum(away - strays * self._plan.cell_size - _LOOKS_AGAIN * BUMP_SPEED, _FELT)
+                nearer = np.maximum(away - strays * self._plan.cell_size - _LOOKS_AGAIN * self._comes, _FELT)
                 cells = np.flatnonzero(hides.any(axis=1))
                 at = cells, np.where(hides, nearer, math.inf)[cells].argmin(axis=1)  # the nearest place of each
                 self._found = _standing(base + offsets[at] * (nearer[at] / away[at])[:, None])

@@ -18,6 +18,7 @@ from caregiver_mj.caregivers.caregiver import Caregiver, PrivilegedCaregiver, st
 from caregiver_mj.caregivers.instructed import InstructedCaregiver
 from caregiver_mj.caregivers.percept import Assessment, Percept
 from caregiver_mj.caregivers.registry import make_caregiver
+from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.house.rendering import control
 from caregiver_mj.house.scene import build_house
@@ -105,7 +106,8 @@ class CaregiverPolicy:
         self.robot = RobotMotion(embodiment, self._timestep, delay, error, base_jumps(self._sensing.base))
         navigator = Navigator(self.plan, embodiment, self.caregiver.yields)
         self._clearance = navigator.clearance
-        self._senses = Senses(self._sensing, self.robot, self._timestep, things)
+        haste = info.child_speed / WALKING_SPEED
+        self._senses = Senses(self._sensing, self.robot, self._timestep, things, haste)
         self._perception = Perception(
             self.plan,
             self._sensing.is_exact,
@@ -114,6 +116,7 @@ class CaregiverPolicy:
             self._senses.unsure,
             info.sight,
             functools.partial(env.physics.frames, info.sight.is_full),
+            haste,
         )
         if isinstance(self.caregiver, PrivilegedCaregiver) and not info.sight.is_full:
             raise CaregiverError(
@@ -121,7 +124,7 @@ class CaregiverPolicy:
             )
         self.caregiver.sight = info.sight
         self._retrievals = RetrievalPlanner(navigator, functools.partial(_make_scene, self.plan, embodiment))
-        self.caregiver.pace = robot_pace(navigator, info.novice_timestep, self._timestep)
+        self.caregiver.pace = robot_pace(navigator, info.novice_timestep, self._timestep, info.child_speed)
         self.executive = Executive(
             self.caregiver, self._perception, navigator, self._retrievals, info.novice_timestep, truth
         )

@@ -11,7 +11,6 @@ import functools
 import math
 from collections.abc import Iterable
 
-from caregiver_mj.children.walk import BUMP_SPEED, FASTEST
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import geometry
@@ -245,18 +244,18 @@ def _allowed_rate(
     if towards <= LEAVING * speed:
         return 1.0  # what is left of `across` is taken away where a child may come to touch, see `restrain`
     if approach <= 0.0:
-        return max(creep, _sliding_rate(view, limits, gap, _walking_speed(child), leaves, towards, soon))
+        return max(creep, _sliding_rate(view, limits, gap, _walking_speed(view, child), leaves, towards, soon))
     # approach * r * (stopping / 2 + reaction) + child * (stopping + reaction) = room, solved for r
     deceleration, build_up = limits.braking(velocity, acceleration)
     stopping = speed / deceleration
     delay = _REACTION + build_up + view.age
     a = approach * stopping / 2
-    comes_at = _walking_speed(child)
+    comes_at = _walking_speed(view, child)
     b = approach * delay + comes_at * stopping
     c = comes_at * delay - room
     rate = 0.0 if c >= 0.0 else (-b + math.sqrt(b * b - 4 * a * c)) / (2 * a)
     if towards <= _SLIDE_TOWARDS * speed:
-        rate = max(rate, creep, _sliding_rate(view, limits, gap, _walking_speed(child), leaves, towards, soon))
+        rate = max(rate, creep, _sliding_rate(view, limits, gap, _walking_speed(view, child), leaves, towards, soon))
     return min(1.0, rate)
 
 
@@ -278,7 +277,7 @@ def must_stop(
     for child in view.children:
         x, y = outwards(robot, view.base[2], (child.position[0] - view.base[0], child.position[1] - view.base[1]))
         towards = (velocity[0] * x + velocity[1] * y) / math.hypot(x, y)
-        needs = towards * (delay + speed / (2 * braking)) + _walking_speed(child) * (delay + speed / braking)
+        needs = towards * (delay + speed / (2 * braking)) + _walking_speed(view, child) * (delay + speed / braking)
         if towards > _HEAD_ON * speed and gap_to(view.base, robot, child) < needs:
             return True
     return False
@@ -299,9 +298,9 @@ def _sliding_rate(
     return 0.0
 
 
-def _walking_speed(child: ChildView) -> float:
+def _walking_speed(view: View, child: ChildView) -> float:
     """How fast a child may come, m/s: as toddlers do, and one that runs as fast as it does."""
-    return max(BUMP_SPEED, min(FASTEST, math.hypot(*child.velocity)))
+    return max(view.child_comes, min(view.child_runs, math.hypot(*child.velocity)))
 
 
 def slide_speed(gap: float) -> float:
@@ -319,8 +318,8 @@ def allowed_turning(view: View, robot: Embodiment, velocity: Vector, turning: tu
         turning: Rate, rad/s, and acceleration, rad/s^2, of the base's turn now.
     """
     limits, speed = robot.limits.yaw, math.hypot(*velocity)
-    room = _nearest(view) - robot.footprint - CHILD_RADIUS
-    if turning == (0.0, 0.0) and limits.slowing(room / (FASTEST + speed) - _REACTION - view.age) > limits.velocity:
+    room, closing = _nearest(view) - robot.footprint - CHILD_RADIUS, view.child_runs + speed
+    if turning == (0.0, 0.0) and limits.slowing(room / closing - _REACTION - view.age) > limits.velocity:
         return math.inf  # whatever turn begins now can end in time
     # Before a turn that speeds up can slow down its acceleration has to go, and meanwhile it becomes faster still.
     rate, acceleration = turning
@@ -332,9 +331,9 @@ def allowed_turning(view: View, robot: Embodiment, velocity: Vector, turning: tu
     for child in view.children + unseen:
         gap = _gap_however_turned(view.base, robot, child)
         if gap < _FAR:
-            creep, comes_at = _TURN_SPEED / robot.footprint, FASTEST
+            creep, comes_at = _TURN_SPEED / robot.footprint, view.child_runs
             if child in unseen:
-                creep, comes_at = max(creep, (_LOOKING - speed) / robot.footprint), BUMP_SPEED
+                creep, comes_at = max(creep, (_LOOKING - speed) / robot.footprint), view.child_comes
             dx, dy = child.position[0] - view.base[0], child.position[1] - view.base[1]
             closing = comes_at + max(0.0, (velocity[0] * dx + velocity[1] * dy) / (math.hypot(dx, dy) or 1.0))
             time = max(0.0, gap) / closing - _REACTION - view.age
@@ -453,12 +452,12 @@ def _restrained(
         towards = min(towards, _bounded(told, 0.0, seconds, *bounds))
     corners = _corners(robot, view.base[2], offset)
     strays = corners[0] if corners else _STRAYS
-    slower = limits.slowing(max(0.0, room) / FASTEST - view.age)
+    slower = limits.slowing(max(0.0, room) / view.child_runs - view.age)
     slides = max(0.0, slide_speed(room) + strays * min(0.0, towards)) + slower
     if any(corners):
         slowing, later = told_limits.slowing, _LATER + view.age
         leaving = min(
-            (_ASTRAY + slower) / corner + slowing(on / FASTEST - later)
+            (_ASTRAY + slower) / corner + slowing(on / view.child_runs - later)
             for on, corner in zip(_RUNS_ON, corners, strict=True)
             if corner
         )

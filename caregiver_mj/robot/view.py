@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from caregiver_mj.children.walk import BUMP_SPEED, FASTEST
 from caregiver_mj.plans import layout
 from caregiver_mj.robot.geometry import UPRIGHT, Pose, Vector, upwards
 
@@ -61,6 +62,9 @@ class View:
     hidden: tuple[ChildView, ...] = ()  # where one that was seen a moment ago may have come to
     # heading in which it sees most of where children may be that it does not see; None if it sees all round
     gaze: float | None = None
+    # m/s; with which a child may come, and at most, should it run
+    child_comes: float = BUMP_SPEED
+    child_runs: float = FASTEST
 
     @property
     def unseen(self) -> tuple[ChildView, ...]:

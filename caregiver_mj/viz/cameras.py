@@ -16,7 +16,7 @@ from caregiver_mj.plans.layout import CEILING
 from caregiver_mj.viz.moment import Tile
 
 FOVY = 30.0  # degrees; field of view of a free camera, narrow so that walls hide little
-_HIDDEN = 3  # first group of geoms that MuJoCo does not draw
+HIDDEN = 3  # first group of geoms that MuJoCo does not draw
 _NEAREST = 0.01  # m; least depth before a camera
 _CORNERS = np.array(list(itertools.product((-1, 1), repeat=3)))
 _MARGIN = 2  # pixels; margin of a bounding box
@@ -63,7 +63,7 @@ class Camera:
         self._id = physics.model.name2id(name, "camera") if name else -1
         fovy = self._model.cam_fovy[self._id] if name else FOVY
         self._scale = height / 2 / math.tan(math.radians(fovy) / 2)  # pixels per metre at a depth of 1 m
-        self.geoms = np.flatnonzero(self._model.geom_group < _HIDDEN)
+        self.geoms = np.flatnonzero(self._model.geom_group < HIDDEN)
         centres, halves = np.split(self._model.geom_aabb[self.geoms, None], 2, axis=2)
         if name == EYE:  # it sees walls of full height
             walls = self._model.geom_bodyid[self.geoms] == 0
@@ -83,7 +83,7 @@ class Camera:
         seen = (boxes[:, :2] < part[2:]).all(axis=1) & (boxes[:, 2:] > part[:2]).all(axis=1)
         unseen, groups, lens = self.geoms[~seen], self._model.geom_group, self._model.vis.global_
         before, fovy = groups[unseen], lens.fovy
-        groups[unseen] = _HIDDEN
+        groups[unseen] = HIDDEN
         if self.pose:
             lens.fovy = FOVY
             angles = math.degrees(self.pose.azimuth), -math.degrees(self.pose.elevation)

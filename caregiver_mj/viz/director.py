@@ -7,25 +7,30 @@ from typing import NamedTuple
 
 import numpy as np
 
+from caregiver_mj.house.fittings import nearest_eye
+from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, Where
 from caregiver_mj.plans.layout import WALL_HEIGHT
-from caregiver_mj.viz.cameras import FOVY, Pose
+from caregiver_mj.viz.cameras import FOVY, HIDDEN, Pose
 from caregiver_mj.viz.moment import HudState, place_of
 
 _TANGENT = math.tan(math.radians(FOVY) / 2)
-_STEEP, _CLOSE_STEEP = math.radians(60.0), math.radians(52.0)  # below the horizon: lines of sight pass over low walls
+_STEEP = math.radians(60.0)  # below the horizon: lines of sight pass over low walls
+_CLOSE_STEEP, _STEEPEST = 52, 85  # degrees, of a close shot: as a rule, and at most, where somebody would be hidden
 _MARGIN = 1.03  # size of a picture relative to that of the house
 _COLUMNS = 0.32, 0.29, 0.26, 0.23, 0.20  # shares of the width that may be left beside the house
 _WORTH = 1.08  # times as far off for a wider column
 _TALL = 1.4  # metres, of what stands along the northern walls
-_AROUND = 0.75  # metres of room round those in a close shot
+_AROUND, _TOP = 0.45, 1.2  # metres: half of the space of each of those in a close shot, and its height, the robot's
 _NEAREST, _FARTHEST = 3.4, 9.0  # metres off, of a close shot
 _LOOK_HEIGHT = 0.35  # metres: the middle of a close shot
+# Metres above the floor of what no wall may hide: three quarters of a child, and half of its width; and above where a
+# hazard stands.
+_LOW, _HALF, _RAISED = 0.20, 0.12, 0.05
 _PARTNER, _HAZARD = 4.0, 2.5  # metres from the child within which the robot, or a hazard, is in the close shot
 _CUT, _EASE = 2.5, 0.5  # metres that are cut and not panned; seconds after which two thirds of a pan are done
-# Metres between the fingers and a thing, or the middle of a landing behind a gate, within which the hand works on it.
-_AT_HAND, _AT_GATE = 0.55, 0.9
+_AT_HAND = 0.55  # metres between the fingers and a thing within which the hand works on it
 _STANDS = 0.08  # m/s, at most
 
 
@@ -48,94 +53,128 @@ def overview(plan: FloorPlan, width: int, height: int) -> Frame:
 
 
 def _fit(corners: np.ndarray, aspect: float, column: float) -> Pose:
-    """Return the nearest pose that has all corners (n, 3) in a picture, left of a column with a share of its width.
-
-    A corner that is u to the right and f ahead of the origin is in the picture of a camera that is d behind and s to
-    the right of it if -left <= (u - s) / (f + d) <= right. Both bounds are linear in d and s; those of the height are
-    alike.
-    """
-    axes = Pose((0.0, 0.0, 0.0), 0.0, _STEEP).axes
-    u, v, f = (corners @ axes).T
-    high = _TANGENT / _MARGIN
-    wide = high * aspect
-
-    def bounds(along: np.ndarray, before: float, after: float) -> tuple[float, float]:
-        return float((-along - before * f).max()), float((along - after * f).max())
-
-    right = wide * (1 - 2 * column)
-    (left_most, right_most), (top_most, bottom_most) = bounds(u, wide, right), bounds(v, high, high)
-    distance = max((left_most + right_most) / (wide + right), (top_most + bottom_most) / (2 * high))
-    aside = (right_most - right * distance + wide * distance - left_most) / 2
-    below = (bottom_most - top_most) / 2
-    eye = aside * axes[:, 0] + below * axes[:, 1] - distance * axes[:, 2]
+    """Return the nearest pose that has all corners (n, 3) in a picture, left of a column with a share of its width."""
+    axes, high = Pose((0.0, 0.0, 0.0), 0.0, _STEEP).axes, _TANGENT / _MARGIN
+    eye = nearest_eye(corners, axes, (high * aspect, high * aspect * (1 - 2 * column)), high)
     far = -eye[2] / axes[2, 2]  # to the floor
     x, y, z = (eye + far * axes[:, 2]).tolist()
     return Pose((x, y, z), far, _STEEP)
 
 
 class CloseShot:
-    """Follows those whom the film is about: a child, the robot near it, and the hazard between them."""
+    """Follows those whom the film is about: a child, the robot near it, and the hazard between them.
 
-    def __init__(self, aspect: float, fps: float):
-        self._aspect, self._share = aspect, 1.0 - math.exp(-1.0 / (fps * _EASE))
-        self._now: np.ndarray | None = None  # x, y and distance, metres
+    It looks down as steeply as it must for nothing of `screens`, boxes as of that function, to hide them.
+    """
+
+    def __init__(self, aspect: float, fps: float, screens: np.ndarray):
+        self._aspect, self._share, self._screens = aspect, 1.0 - math.exp(-1.0 / (fps * _EASE)), screens
+        self._now: np.ndarray | None = None  # x, y and distance, metres, and elevation, radians
 
     def follow(self, state: HudState) -> Pose:
         """Return where the camera is in the next frame."""
-        wanted = close_pose(cast(state), self._aspect)
-        aim = np.array([*wanted.place[:2], wanted.distance])
+        wanted = clear_pose(cast(state), self._aspect, self._screens)
+        aim = np.array([*wanted.place[:2], wanted.distance, wanted.elevation])
         if self._now is None or math.dist(self._now[:2], aim[:2]) > _CUT:
             self._now = aim
         self._now = self._now + self._share * (aim - self._now)
-        x, y, distance = self._now.tolist()
-        return Pose((x, y, _LOOK_HEIGHT), distance, _CLOSE_STEEP)
+        x, y, distance, elevation = self._now.tolist()
+        return Pose((x, y, _LOOK_HEIGHT), distance, elevation)
 
 
-def close_pose(points: np.ndarray, aspect: float, azimuth: float = math.pi / 2, around: float = _AROUND) -> Pose:
-    """Return where a camera is close to all points on the floor, and looks along an azimuth.
+def screens(physics: Physics) -> np.ndarray:
+    """Return boxes (n, 2, 3) around all that stands still in a house and can hide somebody: corners in metres."""
+    model, data = physics.model.ptr, physics.data.ptr
+    still = np.flatnonzero((model.geom_bodyid == 0) & (model.geom_group < HIDDEN) & (model.geom_rgba[:, 3] == 1))
+    centre, half = np.split(model.geom_aabb[still], 2, axis=1)
+    turned = data.geom_xmat[still].reshape(-1, 3, 3)
+    centre = data.geom_xpos[still] + (turned @ centre[..., None])[..., 0]
+    half = (np.abs(turned) @ half[..., None])[..., 0]
+    return np.stack([centre - half, centre + half], axis=1)
+
+
+def clear_pose(points: np.ndarray, aspect: float, screens: np.ndarray) -> Pose:
+    """Return the least steep close pose from which no screen (n, 2, 3) hides a point; else one that hides fewest.
+
+    The points are in metres, (n, 3), those of `cast`.
+    """
+    worth = np.ones(len(points))
+    worth[:2] = len(points)
+    near = (screens[:, 1] > points.min(axis=0) - (0, _FARTHEST, 0)).all(axis=1)
+    screens = screens[near & (screens[:, 0, :2] < points[:, :2].max(axis=0)).all(axis=1)]
+    best, most = None, -1.0
+    for elevation in range(_CLOSE_STEEP, _STEEPEST + 1):
+        pose = close_pose(points[:, :2], aspect, elevation=math.radians(elevation))
+        eye = np.array(pose.place) - pose.distance * pose.axes[:, 2]
+        shown = worth @ ~hidden(points, eye, screens)
+        if shown > most:
+            best, most = pose, shown
+        if shown == worth.sum():
+            break
+    assert best is not None
+    return best
+
+
+def hidden(points: np.ndarray, eye: np.ndarray, screens: np.ndarray) -> np.ndarray:
+    """Return whether boxes (n, 2, 3) are between points (k, 3) and an eye (3,), bool (k,); one around it hides none."""
+    ray = eye - points
+    with np.errstate(divide="ignore", invalid="ignore"):  # along a face: an infinite share of the way, or no number
+        ends = (screens - points[:, None, None]) / ray[:, None, None]  # (k, n, 2, 3)
+    enters, leaves = np.fmin(*np.moveaxis(ends, 2, 0)).max(axis=2), np.fmax(*np.moveaxis(ends, 2, 0)).min(axis=2)
+    return ((enters > 0.0) & (enters < leaves) & (enters < 1.0)).any(axis=1)
+
+
+def close_pose(
+    points: np.ndarray,
+    aspect: float,
+    azimuth: float = math.pi / 2,
+    around: float = _AROUND,
+    elevation: float = math.radians(_CLOSE_STEEP),
+) -> Pose:
+    """Return where a camera is close to all those at some points on the floor, and looks along an azimuth.
 
     Args:
         points: Metres, (n, 2).
         aspect: Width of the picture over its height.
         azimuth: Radians.
-        around: Metres of room round the points.
+        around: Half of the space of each, metres.
+        elevation: Radians below the horizon.
     """
-    ahead = np.array([math.cos(azimuth), math.sin(azimuth)])
-    axes = np.array([(ahead[1], -ahead[0]), ahead])  # to the right, and ahead
-    low, high = (points @ axes.T).min(axis=0), (points @ axes.T).max(axis=0)
-    half = (high - low) / 2 + around
-    needed = max(half[0] / aspect, half[1] * math.sin(_CLOSE_STEEP)) / _TANGENT
-    x, y = ((low + high) / 2 @ axes).tolist()
-    return Pose((x, y, _LOOK_HEIGHT), float(min(max(needed, _NEAREST), _FARTHEST)), _CLOSE_STEEP, azimuth)
+    axes = Pose((0.0, 0.0, 0.0), 0.0, elevation, azimuth).axes
+    box = np.array(np.meshgrid([-around, around], [-around, around], [0.0, _TOP])).reshape(3, -1).T
+    corners = (np.pad(points, ((0, 0), (0, 1)))[:, None] + box).reshape(-1, 3)
+    eye = nearest_eye(corners, axes, (_TANGENT * aspect, _TANGENT * aspect), _TANGENT)
+    distance = (_LOOK_HEIGHT - eye[2]) / axes[2, 2]
+    x, y, z = (eye + distance * axes[:, 2]).tolist()
+    return Pose((x, y, z), float(min(max(distance, _NEAREST), _FARTHEST)), elevation, azimuth)
 
 
 def cast(state: HudState) -> np.ndarray:
-    """Return where those are whom a moment is about, (n, 2), metres, the child first."""
+    """Return what is to be seen of those whom a moment is about, (n, 3), metres: first the two sides of a child."""
     plan, robot = state.plan, state.robot
-    target = None if state.target == NOTHING else place_of(plan, state.target, state.candles)[:2]
+    target = None if state.target == NOTHING else place_of(plan, state.target, state.candles)
     near = target if target is not None else robot
     places = [child.position for child in state.children]
     child = places[0] if near is None else min(places, key=lambda place: math.dist(place, near[:2]))
-    found = [child]
+    found = [(child[0] + side, child[1], _LOW) for side in (-_HALF, _HALF)]
     if robot is not None and math.dist(robot[:2], child) < _PARTNER:
-        found.append(robot[:2])
-    hazards = [
-        place_of(plan, number, state.candles)[:2] for number in range(len(plan.hazards)) if number not in state.gone
-    ]
+        found.append((*robot[:2], _LOW))
+    hazards = [place_of(plan, number, state.candles) for number in range(len(plan.hazards)) if number not in state.gone]
     if target is None and hazards:
-        target = min(hazards, key=lambda place: math.dist(place, child))
-    if target is not None and math.dist(target, child) < _HAZARD:
-        found.append(target)
+        target = min(hazards, key=lambda place: math.dist(place[:2], child))
+    if target is not None and math.dist(target[:2], child) < _HAZARD:
+        x, y, z = (*target, 0.0)[:3]  # on the floor where it has no height
+        found.append((x, y, z + _RAISED))
     return np.array(found)
 
 
 def hand_works(state: HudState, pinch: np.ndarray, base: np.ndarray) -> bool:
-    """Whether the hand is at what the caregiver deals with, and the base stands still.
+    """Whether the hand is at a thing that the caregiver deals with, and the base stands still.
 
-    The fingertips are at (3,), metres; the base has a velocity (3,), m/s and rad/s.
+    The fingertips are at (3,), metres; the base has a velocity (3,), m/s and rad/s. Of a gate a hand sees only bars.
     """
     if state.target == NOTHING or math.hypot(*base[:2]) > _STANDS:
         return False
-    kind = state.plan.hazards[state.target].kind
-    reach = _AT_HAND if kind.where is not Where.OPENING else _AT_GATE if kind.fenced else 0.0
-    return math.dist(place_of(state.plan, state.target, state.candles)[:2], pinch[:2]) < reach
+    if state.plan.hazards[state.target].kind.where is Where.OPENING:
+        return False
+    return math.dist(place_of(state.plan, state.target, state.candles)[:2], pinch[:2]) < _AT_HAND

@@ -11,6 +11,7 @@ import pathlib
 import subprocess
 import tempfile
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import imageio_ffmpeg
 import numpy as np
@@ -18,6 +19,7 @@ from PIL import Image
 
 from caregiver_mj.caregivers.registry import check_acts_alone
 from caregiver_mj.errors import CaregiverError, check_kind, check_number
+from caregiver_mj.experiments.runner import run
 from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.policy.own import OwnPolicy
 from caregiver_mj.recording.video import video_writer
@@ -108,7 +110,7 @@ class Studio:
         inset_size = hud.inset_size(width, height)
         if self._column:
             inset_size = hud.column_inset_size(width, height, self._column, episode.env.task.plan, episode.foresees)
-        self._follow = director.CloseShot(inset_size[0] / inset_size[1], picture.fps)
+        self._follow = director.CloseShot(inset_size[0] / inset_size[1], picture.fps, director.screens(physics))
         beside = self._inset_names(camera) if inset_size[1] >= _LEAST_INSET else []
         self._insets = {name: Camera(physics, _place(name), *inset_size) for name in beside}
 
@@ -156,6 +158,7 @@ def render_episode(
     spec: EpisodeSpec,
     *,
     seconds: float = 30.0,
+    start: float = 0.0,
     picture: Picture = Picture(),
     overlay: str | None = None,
     still: str | os.PathLike[str] | None = None,
@@ -169,6 +172,7 @@ def render_episode(
         path: The film, `FILE.mp4`, `FILE.gif` or `FILE.webp`.
         spec: The episode, as in an evaluation; always in the house, even if its world is the grid.
         seconds: Greatest length of the film.
+        start: Seconds of the episode before the film.
         picture: Size, frame rate and camera.
         overlay: Overlay on the floor, one of `OVERLAYS`: "danger" for the predicted places of the children and the
             hazards to them; None for nothing.
@@ -195,12 +199,12 @@ def render_episode(
     best: tuple[float, np.ndarray | None] = (math.inf, None)
     fps, size = picture.fps, (picture.width, picture.height)
     count = max(1, round(seconds * fps))
-    middle = round(min(seconds, filmed.env.task.time_limit) * fps) // 2
+    middle = round(min(seconds, filmed.env.task.time_limit - start) * fps) // 2
     with contextlib.closing(filmed.env), progress_bar(quiet) as bar, film_writer(path, *size, fps) as write:
         taken = bar.add_task("frames", total=count)
         shots = studio(filmed, picture, round(_TRAIL_SECONDS * fps))
         for number in range(count):
-            if not filmed.run_until(number / fps):
+            if not filmed.run_until(start + number / fps):
                 break
             frame = shots.frame()
             write(frame)
@@ -211,6 +215,30 @@ def render_episode(
     if still is not None:
         assert best[1] is not None  # a film has one frame at least
         Image.fromarray(best[1]).save(still)
+
+
+def rescue_start(spec: EpisodeSpec, answers: str, seconds: float) -> float:
+    """Return the second of an episode from which on a film shows where the caregiver prevents most damage.
+
+    It runs the episode, and that without a caregiver, and compares the damage in every stretch of so many seconds; of
+    equal ones it takes the middle, in which what happens is in the middle of the film.
+    """
+    damage: list[list[float]] = []  # so far, at the end of every timestep
+    for who, text in (("none", ""), (spec.caregiver, answers)):
+        so_far = [0.0]
+
+        def watch(rollout: Any, so_far: list[float] = so_far) -> None:
+            if rollout.ledger.timestep >= len(so_far):
+                so_far.append(float(rollout.ledger.damage[0]))
+
+        (found,) = run([dataclasses.replace(spec, caregiver=who)], [watch], answers=text).measured
+        damage.append(so_far)
+    prevented = np.array(damage[0]) - damage[1]
+    timestep = found["sim_seconds"] / (len(prevented) - 1)
+    length = min(math.ceil(seconds / timestep), len(prevented) - 1)
+    gain = prevented[length:] - prevented[:-length]
+    best = np.flatnonzero(gain == gain.max())
+    return float(best[len(best) // 2] * timestep)
 
 
 @contextlib.contextmanager

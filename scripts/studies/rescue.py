@@ -55,7 +55,7 @@ class Panel:
 def frames(panels: list[Panel], options: argparse.Namespace) -> Iterator[Image.Image]:
     """What happens in both, the pictures side by side."""
     width, begin, plan = (options.width - _GAP) // 2, options.begin, panels[0].episode.env.task.plan
-    cast = [director.cast(panel.episode.hud_state(1)) for panel in panels]
+    cast = [director.cast(panel.episode.hud_state(1))[:, :2] for panel in panels]
     stairs = [plan.position((row + down, column + right)) for (row, column), (down, right) in _ways_down(plan)]
     if not stairs:
         raise CaregiverError(f"house must have stairs for this film, got '{plan.name}'")

@@ -1,11 +1,15 @@
 """The toddler's walking, held against the figures that were measured on toddlers."""
 
+import itertools
+
 import numpy as np
 import pytest
 
 from caregiver_mj.children import toddler
 from caregiver_mj.children.behaviour import ChildPercept
+from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.children.toddler import Toddler, bout_steps, mean_bout
+from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
@@ -43,7 +47,7 @@ def test_steps_of_a_bout():
     assert bout_steps(np.array([0.0, np.nextafter(1.0, 0.0)])).tolist() == [1, 3 + 205]
 
 
-@pytest.mark.parametrize("cell_size", [toddler.STEP_LENGTH, 0.75, 1.0])
+@pytest.mark.parametrize("cell_size", [0.6, 0.75, 1.0])
 def test_it_walks_as_far_in_an_hour_as_was_measured(cell_size):
     actions, _ = walks(1.0, cell_size)
     share = np.mean(actions != NOTHING)
@@ -51,6 +55,35 @@ def test_it_walks_as_far_in_an_hour_as_was_measured(cell_size):
     metres = share * 3600 * 1.6 / 3.6  # at 1.6 km/h whenever it walks
     assert metres == pytest.approx(704, rel=0.04)
     assert metres / toddler.STEP_LENGTH == pytest.approx(2368, rel=0.04)
+
+
+@pytest.mark.parametrize("house", ["paper", "apartment"])
+def test_in_a_house_with_toys_it_walks_as_far(house):
+    world = GridWorld(FloorPlan.load(house), "toddler:0.75", None)
+    world.reset([RandomStream.draw_group(seed, 1) for seed in range(100)])
+    walking = []
+    while not world.over:
+        world.move_children()
+        walking.append(np.mean(world.previous_action != NOTHING))
+    assert world.ledger.toys.mean() > 1
+    assert np.mean(walking) == pytest.approx(toddler.SHARE_OF_TIME_WALKING, rel=0.05)
+
+
+@pytest.mark.parametrize("cell_size", [0.3, 0.75])
+def test_at_its_toy_a_bout_ends_and_it_stays_as_long_as_was_measured(cell_size):
+    """The median stay is 9.8 s, here of a child that walks to the same bin again and again."""
+    actions, targets = walks(0.0, cell_size, timesteps=1000)
+    stays = []
+    for moves, found in zip(actions.T, targets.T, strict=True):
+        walking = np.flatnonzero(moves != NOTHING)
+        for now, then in itertools.pairwise(walking):
+            if found[now] == Target.BIN:
+                stays.append(then - now - 1)
+    assert len(stays) > 1000
+    assert min(stays) >= 1
+    seconds = np.quantile(stays, [0.45, 0.55]) * cell_size * 3.6 / 1.6
+    timestep = cell_size * 3.6 / 1.6
+    assert seconds[0] - timestep <= 9.8 <= seconds[1] + timestep
 
 
 def test_bouts_with_a_goal_lead_to_the_bin_and_into_nothing_else():

@@ -41,6 +41,8 @@ def test_novice_timestep_is_the_time_to_walk_a_cell_in_whole_control_timesteps()
     assert novice_timestep(0.02, 0.75) == pytest.approx(1.68)
     assert novice_timestep(0.02, 0.8) == pytest.approx(1.8)
     assert novice_timestep(0.01, 0.75) == pytest.approx(1.69)
+    assert novice_timestep(0.02, 0.75, 0.25) == pytest.approx(3.0)
+    assert novice_timestep(0.02, 0.75, 0.8) == pytest.approx(0.94)  # 0.9375 s
 
 
 def test_free_move_is_straight_even_and_on_time():

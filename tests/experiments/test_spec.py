@@ -47,6 +47,7 @@ runs = st.builds(
     st.integers(0, 2**80),
     embodiment=st.sampled_from(["mobile_fr3", "mobile_ur5e"]),
     sight=st.sampled_from(["all", "walls", "rooms:3"]),
+    child_speed=st.floats(0.1, 1.0),
     task=st.sampled_from(["supervise", "block_stairs", "targets"]),
     task_kwargs=st.dictionaries(st.text(), number | st.lists(number) | st.dictionaries(st.text(), number)),
     queries=queries,
@@ -77,6 +78,7 @@ OTHER = {
     "seed": [1],
     "embodiment": ["mobile_ur5e"],
     "sight": ["walls", "rooms:1"],
+    "child_speed": [0.25, 0.8],
     "task": ["block_stairs"],
     "task_kwargs": [
         {"control_timestep": 0.04},
@@ -109,6 +111,18 @@ def test_what_changes_no_row_does_not_change_it():
     assert dataclasses.replace(ASKS, caregiver="nearest", queries=Queries(max_calls=3)).queries == Queries()
 
 
+def test_the_speed_of_children_is_in_a_record_only_where_it_is_not_the_papers():
+    usual, faster = (EpisodeSpec(PLAN, 0.5, "none", child_speed=speed) for speed in (1.6 / 3.6, 0.8))
+    assert usual.record() == EpisodeSpec(PLAN, 0.5, "none").record()
+    assert "child_speed" not in usual.record()
+    assert faster.record()["child_speed"] == 0.8
+    settings = Settings.around(faster, ("none",), 1)
+    assert Settings.of_record(settings.record()).spec(PLAN, faster.family, "none") == faster
+    for wrong in (0.0, 3.0, "fast", float("nan")):
+        with pytest.raises(CaregiverError, match="child_speed, in m/s, must be in"):
+            EpisodeSpec(PLAN, 0.5, "none", child_speed=wrong)
+
+
 def test_fields_are_taken_as_people_write_them():
     sensing = Sensing(child=Blur(noise=0.01))
     spec = EpisodeSpec(
@@ -128,6 +142,16 @@ def test_fields_are_taken_as_people_write_them():
         ({"task": "fly"}, "no task 'fly': there are supervise, .*, targets"),
         ({"world": "grid", "task": "block_stairs"}, "task must be supervise or targets in the grid"),
         ({"world": "grid", "task_kwargs": {"time_limit": 1.0}}, "with no task_kwargs"),
+        ({"world": "grid", "task": "targets", "child_speed": 0.8}, "child_speed must be left out in the grid"),
+        (
+            {
+                "world": "grid",
+                "caregiver": "http://[::1]:9",
+                "child_speed": 0.8,
+                "queries": Queries(thinking="real-time"),
+            },
+            "child_speed must be left out in the grid",
+        ),
         ({"episode": -1}, "episode must be an integer of at least 0, got -1"),
         ({"seed": 0.5}, "seed must be an integer of at least 0, got 0.5"),
         ({"caregiver": "nanny"}, "no caregiver 'nanny'"),

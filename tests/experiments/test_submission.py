@@ -246,6 +246,8 @@ EDITS = {
     "a map": drop_map,
     "the run's seed": set_run("seed", 1),
     "what is seen": set_run("sight", "walls"),
+    "the children's speed": set_run("child_speed", 0.25),
+    "a speed that is none": set_run("child_speed", "fast"),
     "damages": set_run("damage", "stairwell=1"),
     "episodes": set_run("episodes", 2),
     "families": set_run("families", ["1", "0.25"]),

@@ -461,6 +461,30 @@ def test_it_waits_in_the_cell_that_it_was_told_and_that_is_no_intervention():
         world.act_caregiver(world.caregiver)
 
 
+@pytest.mark.parametrize(
+    ("actions", "counts"), [(3, [3, 3, 3]), (5 / 3, [1, 2, 2, 1, 2, 2]), (2.5, [2, 3, 2, 3]), (16 / 3, [5, 5, 6])]
+)
+def test_a_share_of_an_action_that_is_left_counts_for_the_next_timestep(actions, counts):
+    """A caregiver on a long way walks a cell in each action; it is told how many are left before the next moves."""
+    plan = FloorPlan.parse("\n".join(["#" * 40, f"#{'.' * 38}#", f"##C#B#T{'#' * 33}", "#" * 40]))
+    told = []
+
+    class Told(Waits):
+        def decide(self, percept):
+            told.append(percept.time_left[0])
+            return Interventions.of([Intervention(DO_NOTHING, destination=self.plan.cell_index[1, 38])])
+
+    world = GridWorld(plan, 1.0, Told(plan), caregiver_actions=actions)
+    moving(world, NORTH, len(counts))
+    place(world, (1, 1), (1, 3))
+    cells = [3]
+    for _ in counts:
+        world.step()
+        cells.append(plan.caregiver_cells[world.caregiver_cell[0]][1])
+    assert np.diff(cells).tolist() == counts
+    np.testing.assert_allclose(told, [left / actions for count in counts for left in range(count, 0, -1)])
+
+
 # A doorway at (2, 4) between two rooms; the stairwell is in the eastern one, the bin in the western.
 DOORWAY = FloorPlan.parse("##########\n#...#...S#\n#.......##\n#B..#...##\n##########")
 

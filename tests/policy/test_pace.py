@@ -55,6 +55,16 @@ def test_a_child_ahead_makes_it_slower_the_nearer_it_is(name):
     assert beside[2, 0] > 1.0 / allowed_rate(view, robot, (1.3, 0.0))
 
 
+def test_beside_a_faster_child_it_has_less_time_and_is_slower():
+    robot = find_embodiment()
+    navigator = Navigator(CORRIDOR, robot)
+    slow, fast = (robot_pace(navigator, 0.75 / speed, 0.02, speed) for speed in (0.4, 0.8))
+    assert slow.cells == pytest.approx(2 * fast.cells)
+    assert slow.get == fast.get
+    ahead = [np.array(pace.beside)[1:3, 0] for pace in (slow, fast)]
+    assert (ahead[0] < ahead[1]).all()
+
+
 def test_candles_take_as_long_in_the_house_as_the_pace_says():
     """The sum of six ways to a candle and with it, each from rest to rest, with a child that keeps to the other end."""
     env = caregiver_mj.load(

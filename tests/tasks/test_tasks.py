@@ -106,6 +106,19 @@ def test_supervise_lasts_200_novice_timesteps():
     assert env.physics.time() == pytest.approx(200 * 1.68)
 
 
+def test_faster_children_make_timesteps_shorter_and_cross_a_cell_in_one():
+    env = load("supervise", NO_CANDLE, robot=False, child_speed=0.8)
+    env.reset()
+    task = env.task
+    for _ in range(20):  # some moves are bumps, which are faster
+        begun, place = task.timestep, np.array(task.children[0].position)
+        while task.timestep == begun:
+            env.step(np.zeros(0))
+        way = np.array(task.children[0].position) - place
+        assert np.abs(way).max() == pytest.approx(0.75, abs=1e-3) or np.abs(way).max() < 1e-3
+    assert env.physics.time() == pytest.approx(20 * 0.94)  # 0.9375 s in steps of 20 ms
+
+
 # -- Observations and rewards ------------------------------------------------------------------------
 
 

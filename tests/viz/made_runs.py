@@ -25,7 +25,7 @@ FAMILIES = {"1": "1,0.5", "0.25": "0.25,0.25"}  # of two children, in which the 
 CAREGIVERS = ("none", "paper", "guard")
 
 
-def write_run(folder, world="grid", plan=PAPER, caregivers=CAREGIVERS, mark=0, families=None, sight="all"):
+def write_run(folder, world="grid", plan=PAPER, caregivers=CAREGIVERS, mark=0, families=None, sight="all", **more):
     """Writes a finished run into a folder.
 
     Args:
@@ -36,6 +36,7 @@ def write_run(folder, world="grid", plan=PAPER, caregivers=CAREGIVERS, mark=0, f
         mark: How often each episode had a strike.
         families: What the families of `DAMAGE` shall be instead; themselves by default.
         sight: What the caregivers saw.
+        more: Further settings.
     """
     names = families or {"1": "1", "0.25": "0.25"}
     rows, maps = [], []
@@ -49,7 +50,7 @@ def write_run(folder, world="grid", plan=PAPER, caregivers=CAREGIVERS, mark=0, f
         maps.append(cells.assign(visits=200.0 * EPISODES / len(cells), damage=sum(damages) / len(cells), **key))
         rows += [_row(key, episode, damage, len(children), mark) for episode, damage in enumerate(damages)]
     episodes = pd.DataFrame(rows)
-    settings = Settings(plan, world, caregivers, tuple(names.values()), EPISODES, seed=7, sight=sight)
+    settings = Settings(plan, world, caregivers, tuple(names.values()), EPISODES, seed=7, sight=sight, **more)
     houses = by_house(episodes)
     RunFolder(folder, settings.record()).finish(
         episodes, summarise(settings, episodes, houses), pd.concat(maps), houses

@@ -3,6 +3,7 @@
 import dataclasses
 import itertools
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -16,6 +17,7 @@ from caregiver_mj.viz.film import Picture, Studio
 from caregiver_mj.viz.hud import ChildState, HudState
 
 PLAN = FloorPlan.load("paper")
+NOTHING_THERE = np.empty((0, 2, 3))
 
 
 def pixels(pose, points, width, height):
@@ -58,9 +60,9 @@ def test_a_close_shot_holds_the_child_the_robot_and_the_hazard():
     stairs = PLAN.position(PLAN.stairwells[0])  # hazard 0
     x, y = stairs
     child, robot, gone = np.array([x + 1.0, y - 0.5]), np.array([x - 1.0, y - 1.5, 0.3]), np.array([x, y - 6.0, 0.0])
-    shot = director.CloseShot(1.2, 10.0)
+    shot = director.CloseShot(1.2, 10.0, NOTHING_THERE)
     pose = shot.follow(moment((child,), robot=robot, target=0))
-    points = np.array([[*place, 0.4] for place in (child, robot[:2], stairs)])
+    points = np.array([[*place, z] for place in (child, robot[:2], stairs) for z in (0.0, 1.0)])
     seen = pixels(pose, points, 240, 200)
     assert (seen > 0).all()
     assert (seen < (240, 200)).all()
@@ -72,11 +74,33 @@ def test_a_close_shot_holds_the_child_the_robot_and_the_hazard():
 
 def test_a_close_shot_pans_after_one_who_walks_and_cuts_to_one_who_is_elsewhere():
     one, other = (-3.0, 1.0), (4.0, -2.0)
-    shot = director.CloseShot(1.2, 10.0)
+    shot = director.CloseShot(1.2, 10.0, NOTHING_THERE)
     first = shot.follow(moment((one,)))
     panned = shot.follow(moment(((-2.5, 1.0),)))
     assert 0 < panned.place[0] - first.place[0] < 0.3
     assert abs(shot.follow(moment((other,))).place[0] - other[0]) < 1.5
+
+
+def test_no_wall_hides_a_child_right_behind_it(episode):
+    """By MuJoCo's own rays, towards walls and furniture alone, from both of a child's sides."""
+    physics = episode.env.physics
+    model, data, boxes = physics.model.ptr, physics.data.ptr, director.screens(physics)
+
+    def is_hidden(point, pose):
+        ray = np.array(pose.place) - pose.distance * pose.axes[:, 2] - point
+        return 0 <= mujoco.mj_ray(model, data, point, ray, np.array([1, 1, 1, 0, 0, 0], np.uint8), 1, -1, geom) < 1
+
+    geom, usual, found = np.zeros(1, np.int32), [], []
+    south_of = {cell for cell in PLAN.free_cells if (cell[0] + 1, cell[1]) not in PLAN.cell_index}
+    for cell in sorted(south_of - {(int(row), int(column)) for row, column in PLAN.stairwells}):
+        x, y = PLAN.position(cell)
+        state = moment(((x, y - 0.3),), candles=np.full((4, 3), 50.0))  # no candle is near
+        pose = director.CloseShot(1.2, 10.0, boxes).follow(state)
+        sides = [np.array([x + side, y - 0.3, 0.2]) for side in (-0.12, 0.12)]
+        found += [is_hidden(side, pose) for side in sides]
+        usual += [is_hidden(side, director.close_pose(np.array([[x, y - 0.3]]), 1.2)) for side in sides]
+    assert sum(usual) > 5
+    assert not any(found)
 
 
 @pytest.fixture(scope="module")
@@ -100,7 +124,7 @@ def test_the_hand_is_shown_while_it_works_and_the_child_else(episode):
 
 def test_what_a_camera_anywhere_leaves_out_is_not_missed(episode):
     physics = episode.env.physics
-    pose = director.CloseShot(1.0, 10.0).follow(episode.hud_state(1))
+    pose = director.CloseShot(1.0, 10.0, director.screens(physics)).follow(episode.hud_state(1))
     fovy = physics.model.vis.global_.fovy
     picture = Camera(physics, pose, 320, 240).render()
     assert physics.model.vis.global_.fovy == fovy

@@ -2,12 +2,17 @@
 
 import dataclasses
 import functools
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
+from made_runs import PAPER, write_run
 
 from caregiver_mj import cli
+from caregiver_mj.children.child_group import ChildGroup
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.finished import best_rescue, read_finished
 from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.recording.record import COLUMNS
 from caregiver_mj.viz import film
@@ -101,8 +106,42 @@ def test_a_film_by_answers_is_of_an_episode_of_their_run(house, tmp_path, monkey
     command = ["render", "--answers", str(run), "--caregiver", "nearest", "--episode", "1", "--seconds", "400"]
     assert cli.main([*command, "--task", "block_stairs", "--out", str(tmp_path / "film.mp4")]) == 0
     assert_is_row(Blank.seen, row)
+    assert cli.main([*command[:6], "best", "--out", str(tmp_path / "film.mp4")]) == 2
+    assert "must have 'none'" in capsys.readouterr().err
     assert cli.main(["record", "--format", "lerobot", *command[1:5], "--out", str(tmp_path / "set")]) == 2
     assert "--answers must be a run with sight all, got walls" in capsys.readouterr().err
+
+
+def test_the_best_rescue_of_a_run_is_filmed_where_it_happens(tmp_path, monkeypatch, capsys):
+    """In the made run the caregiver prevents 30 to 40; the first 40 are in episode 1 of novice 1."""
+    run, out = write_run(tmp_path / "run", "house"), str(tmp_path / "film.mp4")
+    found = read_finished(run)
+    assert best_rescue(found, "paper") == (PAPER, ChildGroup.of("1"), 1)
+    with pytest.raises(CaregiverError, match="'none' must prevent damage"):
+        best_rescue(found, "none")
+    alone = read_finished(write_run(tmp_path / "other", "house", caregivers=("paper", "guard")))
+    with pytest.raises(CaregiverError, match="must have 'none'"):
+        best_rescue(alone, "paper")
+    assert cli.main(["render", "--episode", "best", "--out", out]) == 2
+    assert cli.main(["render", "--episode", "first", "--out", out]) == 2
+    assert capsys.readouterr().err.count("--episode") == 2
+    grid = str(write_run(tmp_path / "grid"))
+    assert cli.main(["render", "--answers", grid, "--caregiver", "paper", "--episode", "best", "--out", out]) == 2
+    assert "--answers must be a run in the house" in capsys.readouterr().err
+
+    def made(specs, observers, answers):
+        """Alone, a child is hurt in the timesteps 40 and 101; with the caregiver in the first of them only."""
+        (observer,) = observers
+        hurt = (40, 101) if specs[0].caregiver == "none" else (40,)
+        for now in range(201):
+            damage = np.array([5.0 * sum(now >= when for when in hurt)])
+            observer(SimpleNamespace(ledger=SimpleNamespace(timestep=now, damage=damage)))
+        return SimpleNamespace(measured=[{"sim_seconds": 336.0}])
+
+    monkeypatch.setattr(film, "run", made)
+    spec = EpisodeSpec("paper", 1, "paper")
+    assert film.rescue_start(spec, "", 30.0) + 15.0 == pytest.approx(101 * 1.68, abs=1.68)
+    assert film.rescue_start(spec, "", 400.0) == 0.0
 
 
 def test_the_display_is_told_of_each_child(house):

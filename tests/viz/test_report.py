@@ -97,6 +97,10 @@ def test_what_caregivers_saw_is_said_and_the_paper_is_not_cited_where_that_is_no
     assert "--sight walls" in run.command()
     assert run.title == "Grid, sight walls (paper)"
     assert "sight" not in report.read_run(write_run(tmp_path / "all")).command()
+    fast = report.read_run(write_run(tmp_path / "fast", child_speed=0.8))
+    assert "--child-speed 0.8" in fast.command()
+    assert fast.title == "Grid, children at 0.8 m/s (paper)"
+    assert "published" not in side_by_side([fast, fast])["table"].columns
     assert "published" not in report.write_report([tmp_path / "walls"]).read_text("utf-8")
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz.report import words
 from caregiver_mj.viz.report.run import Run
@@ -37,10 +38,12 @@ _NEITHER = (float("nan"), float("nan"))
 def compares_with(run: Run) -> bool:
     """Return whether the paper's numbers are comparable with a run.
 
-    They are of one novice, an unpublished house, and a caregiver with full sight. Only house `paper` stands in for that
-    house.
+    They are of one novice at the paper's speed, an unpublished house, and a caregiver with full sight. Only house
+    `paper` stands in for that house.
     """
-    its_own = run.settings.plans == (FloorPlan.load("paper"),) and run.settings.sight == "all"
+    settings = run.settings
+    its_own = settings.plans == (FloorPlan.load("paper"),) and settings.sight == "all"
+    its_own &= settings.child_speed == WALKING_SPEED
     return its_own and any(len(words.members(family)) == 1 for family in run.families)
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import pandas as pd
 
 from caregiver_mj.caregivers.registry import RULE
+from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.finished import Finished, read_finished
 from caregiver_mj.experiments.spec import BARE_TABLES
@@ -67,6 +68,8 @@ class Run(Finished):
         world, place = _WORLDS[self.settings.world], self.settings.place
         if self.settings.sight != "all":
             world += f", sight {self.settings.sight}"
+        if self.settings.child_speed != WALKING_SPEED:
+            world += f", children at {self.settings.child_speed:g} m/s"
         if self.houses > 1:
             return f"{world}, {self.houses} houses" + (f" ({place})" if len(place) <= _LONGEST else "")
         return f"{world} ({place})"
@@ -132,6 +135,8 @@ class Run(Finished):
             command += ["--embodiment", settings.embodiment]
         if settings.sight != "all":
             command += ["--sight", settings.sight]
+        if settings.child_speed != WALKING_SPEED:
+            command += ["--child-speed", str(settings.child_speed)]
         command += ["--caregiver", *settings.caregivers, "--epsilon", *self.families]
         return "\n".join(
             shlex.join([*command, "--episodes", str(episodes), "--seed", str(seed)]) for seed, episodes in self.seeds

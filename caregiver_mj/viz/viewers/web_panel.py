@@ -186,7 +186,8 @@ def options(spec: EpisodeSpec) -> str:
     said |= {} if spec.episode is None else {"episode": spec.episode}
 
     def of(one: EpisodeSpec) -> dict[str, Any]:
-        return {"damage": one.plan.damage, "embodiment": one.embodiment, "sight": one.sight, **one.queries.record()}
+        more = {name: getattr(one, name) for name in ("embodiment", "sight", "child_speed")}
+        return {"damage": one.plan.damage, **more, **one.queries.record()}
 
     said |= {name: value for name, value in of(spec).items() if value != of(usual)[name]}
     words = ((f"--{name.replace('_', '-')}", *([] if value is True else [str(value)])) for name, value in said.items())
