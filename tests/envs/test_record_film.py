@@ -2,11 +2,9 @@
 
 import gymnasium
 import imageio.v3 as imageio
-import pytest
 
 import caregiver_mj
 from caregiver_mj.envs.film import RecordFilm
-from caregiver_mj.errors import CaregiverError
 
 NAME = "caregiver_mj/Supervise-Targets-v0"
 gymnasium.register_envs(caregiver_mj)
@@ -24,11 +22,3 @@ def test_the_films_of_the_episodes_that_are_asked_for(tmp_path):
     env.reset(), env.step(0), env.reset(), env.step(0), env.close()
     assert sorted(path.name for path in (tmp_path / "films").iterdir()) == ["episode-0.mp4", "episode-2.mp4"]
     assert len(imageio.imread(tmp_path / "films" / "episode-2.mp4")) == 2
-
-
-def test_without_pictures_there_is_no_film(tmp_path):
-    with pytest.raises(CaregiverError, match="render_mode must be rgb_array for a film, got None"):
-        RecordFilm(gymnasium.make(NAME), tmp_path)
-    (tmp_path / "file").touch()
-    with pytest.raises(CaregiverError, match="folder of the films"):
-        RecordFilm(gymnasium.make(NAME, render_mode="rgb_array"), tmp_path / "file")

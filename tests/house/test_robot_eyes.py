@@ -64,13 +64,6 @@ def test_a_camera_sees_ahead_of_the_base_and_five_metres_far():
     assert sees(physics, (5.2, 0.75), (0.0, 0.0, 0.0), "walls")
 
 
-def test_walls_hide_a_child_unless_a_camera_hangs_over_it():
-    physics = house()
-    assert not sees(physics, (3.0, 1.5), (-3.0, 1.5, 0.0), "walls")
-    assert not sees(physics, (3.0, 1.5), (-3.0, 1.5, 0.0), "rooms:0")
-    assert sees(physics, (3.0, 1.5), (-3.0, 1.5, 0.0), "rooms:2")
-
-
 def test_the_eye_sees_no_child_over_a_wall_as_it_would_where_walls_are_cut_low():
     physics, frames, renders, pictures = Physics.from_plan(ROOMS), [], [], []
     for child in ((4.0, 1.5), (-4.0, 1.5)):  # in the other room, five metres ahead; and behind the robot

@@ -244,20 +244,6 @@ def test_an_idle_robot_that_does_not_yield_stands_still_beside_a_child(yields, m
     assert outcome["strikes"] == 0
 
 
-@pytest.mark.parametrize(("yields", "moves"), [(False, False), (True, True)])
-def test_a_robot_that_does_not_yield_waits_where_it_stands_until_the_child_leaves_a_way(yields, moves):
-    caregiver = Determined(ONE_WAY, 0)
-    caregiver.yields = yields
-    scene = Scene(ONE_WAY, caregiver, (2, 4), (2, 7 if yields else 6))
-    scene.child.move = STAY
-    scene.run(6.0)
-    assert (far_from_start(scene) > 0.5) == moves
-    assert moves or far_from_start(scene) < 0.02
-    scene.env.task.children[0].put((2, 8))  # behind the robot
-    assert scene.run(6.0, lambda: scene.is_at((2, 1)))
-    assert scene.policy.executive.begun == 1
-
-
 # -- Waiting -----------------------------------------------------------------------------------------
 
 

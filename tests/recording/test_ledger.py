@@ -4,7 +4,6 @@ import ast
 import pathlib
 
 import numpy as np
-import pytest
 
 import caregiver_mj
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -188,11 +187,3 @@ def test_worlds_and_policies_write_nothing_into_the_account():
     outside = [path for path in files if path.parent.name != "recording"]
     assert len(outside) > 100
     assert {str(path.relative_to(ROOT)): found for path in outside if (found := written(path.read_text()))} == {}
-
-
-@pytest.mark.parametrize(
-    "line", ["self.ledger.seen += 1", "world.ledger.toys[0] = 2", "tally.strikes, x = 1, 2", "ledger.seen[0] += 1"]
-)
-def test_what_is_written_into_an_account_is_found(line):
-    assert written(line)
-    assert not written("self.ledger, self.contacts = Ledger(), Contacts()\nseen = self.ledger.seen")

@@ -9,14 +9,11 @@ import pytest
 
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.privileged import PrivilegedCaregiver
-from caregiver_mj.children.behaviour import Behaviour
-from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.children.random_stream import RandomStream
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
-from studies.bounds.clairvoyant import EFFORT, ClairvoyantCaregiver, Hindsight, round_the_child, travel
+from studies.bounds.clairvoyant import EFFORT, Hindsight, round_the_child, travel
 from studies.results import BOUNDS
 
 TWO_ENDS = """
@@ -73,10 +70,6 @@ class TestFuture:
         hits = (listener.told.object >= 0).any(axis=2)
         assert (hits[:, same] == (np.array(damage)[:, same] > 0)).all()
 
-    def test_a_house_with_too_many_layouts(self):
-        with pytest.raises(CaregiverError, match="must have at most"):
-            ClairvoyantCaregiver(FloorPlan.load("apartment"))
-
 
 class TestHindsight:
     def test_two_stairwells_by_hand(self):
@@ -120,30 +113,6 @@ class TestHindsight:
         walks = np.array([plan.cell_index[1, column] for column in (2, 3, 4, 5)])[:, None]
         moves, denied = round_the_child(travel(plan), walks, near_second, 3)
         assert not denied.any()  # on the way to the first it goes back before the child
-
-
-class Statue(Behaviour):
-    """Stands where it stands."""
-
-    def act(self, sight, draws):
-        return np.full(len(sight.cell), NOTHING)
-
-
-def test_a_child_that_bars_every_way_for_long():
-    plan = FloorPlan.parse("#########\n#C.....T#\n####.####\n####B####\n#########", "junction")
-    world = GridWorld(plan, ChildGroup((Statue(plan, 0.0),)), ClairvoyantCaregiver(plan))
-    world.reset([RandomStream.draw_group(np.random.RandomState(0), 1)])
-    world.child_cell[:] = plan.cell_index[(1, 4)]
-    world.caregiver_cell[:] = plan.cell_index[(1, 6)]
-    for _ in range(130):
-        world.step()
-    assert world.ledger.interventions_done[0] == 0
-
-
-@pytest.mark.parametrize(("house", "what"), [("house-17-gates1", "a gate"), ("house-17-batteries1", "battery 1")])
-def test_who_knows_neither_to_close_nor_to_pick_up_is_refused_where_that_is_asked(house, what):
-    with pytest.raises(CaregiverError, match=f"no gate, and nothing on its floor, for 'clairvoyant', got {what}"):
-        ClairvoyantCaregiver(FloorPlan.load(house))
 
 
 def test_commands_find_it_by_name_in_a_checkout(tmp_path):
