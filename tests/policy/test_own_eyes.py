@@ -178,7 +178,9 @@ def test_a_child_may_be_a_cell_beyond_its_own_but_not_at_the_base_or_where_it_wo
     ("house", "seed", "seconds"),
     [
         ("house-960006", 2079939347, 8.0),  # it walks faster than a cell in a timestep
-        ("house-960005", 3515088548, 43.5),  # it is a cell nearer than it is believed to be
+        pytest.param(
+            "house-960005", 3515088548, 43.5, marks=pytest.mark.slow
+        ),  # it is a cell nearer than it is believed to be
     ],
 )
 def test_a_child_that_heads_for_the_robot_out_of_the_picture_is_not_struck(house, seed, seconds):
