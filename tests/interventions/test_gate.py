@@ -1,0 +1,103 @@
+"""A newcomer's errand: a stateful verb. It is all in this file; nothing else in the package is touched.
+
+The verb `shut` has the caregiver go to a stairwell and shut its gate, for good. What there is to say of it: what it is
+called, acts on and leaves, where one stands for it in the grid, and what the robot does.
+"""
+
+import numpy as np
+import pytest
+
+import caregiver_mj
+from caregiver_mj.caregivers import Caregiver
+from caregiver_mj.children.random_stream import RandomStream
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.grid.verbs import GRID_VERBS, InOpening
+from caregiver_mj.grid.world import GridWorld
+from caregiver_mj.interventions.verb import VERBS, Intervention, Interventions, Verb
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING, State, Where
+from caregiver_mj.policy.routines import ROUTINES, Routine
+from caregiver_mj.robot import skills
+
+HOUSE = FloorPlan.parse("##########\n#S......B#\n#........#\n#.....C.S#\n#...T....#\n##########", "gates")
+
+
+def shut_gate(means, intervention, view, percept):
+    return Routine(means, intervention, skills.Block(means.navigator, intervention.hazard))
+
+
+class Gatekeeper(Caregiver):
+    """Shuts one stairwell after the other, and is then idle."""
+
+    def choose(self, percept):
+        raise NotImplementedError
+
+    def decide(self, percept):
+        batch, stairs = len(percept.child_cell), len(self.plan.stairwells)
+        left = np.zeros((batch, stairs), bool) if percept.out_of_reach is None else percept.out_of_reach[:, :stairs]
+        first = np.where(left.all(axis=1), NOTHING, left.argmin(axis=1))
+        return Interventions.of([Intervention() if n == NOTHING else Intervention("shut", int(n)) for n in first])
+
+
+@pytest.fixture
+def _registered(monkeypatch):
+    monkeypatch.setitem(VERBS, "shut", Verb("shut", "shut the gate of {hazard}", Where.OPENING, leaves=State.SHUT))
+    monkeypatch.setitem(GRID_VERBS, "shut", InOpening())
+    monkeypatch.setitem(ROUTINES, "shut", shut_gate)
+
+
+def streams(episodes, timesteps):
+    return [RandomStream.draw_group(np.random.RandomState(seed), 1, timesteps) for seed in range(episodes)]
+
+
+@pytest.mark.usefixtures("_registered")
+def test_the_grid_shuts_it_for_good():
+    world = GridWorld(HOUSE, "1", Gatekeeper(HOUSE))
+    world.run(streams(20, 40))
+    assert (world.state[:, :2] == State.SHUT).all()
+    assert (world.state[:, 2] == State.AS_PLANNED).all()
+    assert (world.ledger.totals()["interventions_done"] == 2).all()
+    assert (world.ledger.totals()["interventions"] == 2).all()
+    before = world.ledger.totals()
+    world.run(streams(20, 200))  # a new episode has its gates open again
+    after = world.ledger.totals()
+    assert (after["interventions_done"] == 2).all()
+    assert after["damage_stairwell"].sum() < 0.1 * GridWorld(HOUSE, "1", None).run(streams(20, 200)).damage.sum()
+    assert (after["damage_stairwell"] == before["damage_stairwell"]).all()  # all of it was before they were shut
+    assert (after["moves_blocked_stairwell"] > before["moves_blocked_stairwell"]).any()
+
+
+@pytest.mark.usefixtures("_registered")
+def test_the_robot_shuts_it_and_no_child_falls_there_any_more():
+    env = caregiver_mj.load("supervise", HOUSE, 0.5, random=0, visuals=False)
+    policy = caregiver_mj.CaregiverPolicy(env, Gatekeeper(HOUSE))
+    step, activities = env.reset(), set()
+    for _ in range(24 * 84):
+        step = env.step(policy(step))
+        activities.add(policy.activity)
+        if policy.executive.done == 2:
+            break
+    assert {"shut the gate of stairwell 1", "shut the gate of stairwell 2"} <= activities
+    assert env.task.outcome()["interventions_done"] == policy.executive.begun == 2
+    assert env.task.children.state.tolist() == [State.SHUT, State.SHUT, State.AS_PLANNED]
+    policy(env.step(policy(step)))
+    assert policy.activity == "keep out of the way"
+    env.reset()
+    assert env.task.children.state.tolist() == [State.AS_PLANNED] * 3
+
+
+def test_without_its_registration_it_is_refused_by_name():
+    with pytest.raises(CaregiverError, match="no verb 'shut'"):
+        GridWorld(HOUSE, "0.5", Gatekeeper(HOUSE)).run(streams(1, 2))
+
+
+@pytest.mark.usefixtures("_registered")
+def test_a_verb_with_one_half_is_refused_where_it_has_none(monkeypatch):
+    monkeypatch.delitem(GRID_VERBS, "shut")
+    monkeypatch.delitem(ROUTINES, "shut")
+    with pytest.raises(CaregiverError, match=r"'shut' must have its half in grid.verbs.GRID_VERBS"):
+        GridWorld(HOUSE, "0.5", Gatekeeper(HOUSE)).run(streams(1, 2))
+    env = caregiver_mj.load("supervise", HOUSE, 0.5, random=0, visuals=False)
+    policy = caregiver_mj.CaregiverPolicy(env, Gatekeeper(HOUSE))
+    with pytest.raises(CaregiverError, match=r"'shut' must have its half in policy.routines.ROUTINES"):
+        policy(env.reset())
