@@ -154,7 +154,7 @@ def colours(browser):
     return len(np.unique(house_in(browser).reshape(-1, 3), axis=0))
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def viewer(house):
     spec = EpisodeSpec(FloorPlan.load(house), "1,.25", "none", file=str(house))
     with contextlib.closing(web.WebViewer(Session(spec, playing=False), port=0)) as viewer:
