@@ -17,7 +17,6 @@ from caregiver_mj.robot.skills import PickUp
 from caregiver_mj.robot.status import Status
 
 ROOM = FloorPlan.parse("########\n#B....S#\n#.o....#\n#......#\n#..T...#\n########", "room")
-PAIR = FloorPlan.parse("########\n#B....S#\n#.oo...#\n#......#\n#..T...#\n########", "pair")
 HALL = FloorPlan.parse(
     "\n".join(["#" * 17, "#B" + "." * 13 + "S#", *["#" + "." * 15 + "#"] * 13, "#oooooo" + "." * 9 + "#", "#" * 17])
 )
@@ -112,16 +111,6 @@ def test_a_robot_picks_it_up_by_contact_into_its_tray(robot):
     assert env.task.children.state[-1] == State.GONE
     assert policy.percept().gone.tolist() == [[True]]
     assert env.task.outcome()["damage"] == env.task.strikes == 0
-
-
-def test_things_come_to_lie_side_by_side_in_the_tray():
-    env, policy, step = picking("mobile_ur5e", room=PAIR)
-    while not in_tray(env.physics).all() or skill_of(policy):
-        assert env.physics.time() < 90.0
-        step = env.step(policy(step))
-    one, other = env.physics.thing_positions()
-    assert np.linalg.norm(one - other) > 2 * layout.THING_RADIUS
-    assert one[2] == pytest.approx(other[2], abs=1e-3)
 
 
 def test_what_slips_out_of_the_fingers_is_tried_three_times():

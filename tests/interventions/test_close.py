@@ -143,19 +143,6 @@ def closing_with_a_child():
     return env, policy, step, child
 
 
-def test_a_base_that_is_pushed_off_closes_it_nevertheless():
-    env, policy, step, _ = closing_with_a_child()
-    base = env.physics.model.body("robot/base").id
-    places = []
-    while not policy.executive.done and env.physics.time() < 15.0:
-        step = env.step(policy(step))
-        if policy.robot.reached > 2.0:
-            env.physics.data.ptr.xfrc_applied[base, 1] = 640.0  # its drive has 600 N
-            places.append(env.physics.base_position()[1].item())
-    assert max(places) - places[0] > 0.05
-    assert all(env.physics.gates_latched())
-
-
 def test_a_child_that_stays_at_the_gate_makes_the_hand_come_back():
     env, policy, step, child = closing_with_a_child()
     seen, ended = [], None

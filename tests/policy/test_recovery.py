@@ -177,29 +177,6 @@ def test_candle_that_is_knocked_over_while_the_robot_comes_is_picked_up(scene, d
     assert scene.task.outcome()["candles_dropped"] == 1
 
 
-def test_robot_drives_round_a_candle_that_has_fallen_in_its_way():
-    plan = FloorPlan.parse("###########\n#.........#\n#S........#\n#....C...B#\n#.....T...#\n###########", "round")
-    caregiver = Switching(plan)
-    caregiver.target = 0
-    env, policy, timestep = supervise(plan, (4, 9), caregiver)
-    env.physics.set_robot(np.array([*plan.position((2, 8)), 0.0]), env.physics.arm_position())
-    lies = np.array([*plan.position((2, 4)), CANDLE_RADIUS])
-    quarter = np.sqrt(0.5)
-    env.physics.data.qpos[env.physics.model.ptr.joint("candle_0/joint").qposadr[0] :][:7] = [
-        *lies,
-        quarter,
-        0,
-        quarter,
-        0,
-    ]
-    timestep = timestep._replace(observation=env.task.get_observation(env.physics))
-    while not policy.executive.done:
-        timestep = env.step(policy(timestep))
-        assert not timestep.last()
-    assert np.hypot(*(env.physics.base_position()[:2] - plan.position((2, 1)))) < 0.03
-    np.testing.assert_allclose(env.physics.candle_poses()[0, :3], lies, atol=0.01)
-
-
 # -- Changes of plan ---------------------------------------------------------------------------------
 
 
@@ -216,21 +193,6 @@ def test_candle_is_put_beside_what_stands_on_its_place():
     assert scene.candle(other)[:2] == pytest.approx(place, abs=1e-3)  # not even touched
     assert 0.1 < np.hypot(*(scene.candle(goal)[:2] - place)) < 0.27
     assert not scene.touched
-
-
-class Switching(Caregiver):
-    """Protects one stairwell, and from some novice timestep on another one."""
-
-    def choose(self, percept: Percept) -> np.ndarray:
-        return np.array([self.target])
-
-
-def supervise(plan: FloorPlan, child: tuple[int, int], caregiver: Caregiver):
-    env = caregiver_mj.load("supervise", plan, Scripted(plan, STAY), random=0)
-    policy = caregiver_mj.CaregiverPolicy(env, caregiver)
-    timestep = env.reset()
-    env.task.children[0].put(child)
-    return env, policy, timestep
 
 
 # -- A candle in the hand when something else calls -----------------------------------------------------

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.viz import colours, hud
+from caregiver_mj.viz import hud
 
 PLAN = FloorPlan.parse("#######\n#S...C#\n#..T..#\n#B...C#\n#######", "small")  # hazards S1, C1, C2
 _ROWS = ["#" + "C." * 20 + ".#", "#" + "." * 41 + "#"] * 2
@@ -52,12 +52,6 @@ def spread(mask):
     return columns.min(), rows.min(), columns.max(), rows.max()
 
 
-def toddler(picture):
-    """Column and row of the toddler on the plan."""
-    yellow = np.abs(picture[: 720 // 2, : 1280 // 3].astype(int) - colours.TODDLER).max(axis=2) < 40
-    return np.median(np.argwhere(yellow), axis=0)[::-1]  # flames have a few such pixels too
-
-
 @pytest.mark.parametrize(("width", "height"), SIZES)
 def test_draws_on_a_copy_and_leaves_the_middle_alone(width, height):
     blank = np.random.default_rng(0).integers(0, 255, (height, width, 3), np.uint8)
@@ -87,23 +81,6 @@ def test_bars_are_as_high_as_the_danger_and_in_the_order_of_the_hazards():
     assert height([0.0, 2.0, 4.0]) == height([1.0, 0.0, 0.0])
     first, second, third = (bar(danger)[0] for danger in np.eye(3))
     assert first < second < third
-
-
-@pytest.mark.parametrize(
-    ("mark", "middle"),
-    [
-        (("cell", PLAN.stairwells[0]), PLAN.position(PLAN.stairwells[0])),
-        (("candle", 1), PLAN.position(PLAN.tables[2])),
-        (("cell", (2, 2)), PLAN.position((2, 2))),
-    ],
-    ids=["stairwell", "candle", "any cell"],
-)
-def test_the_plan_points_at_what_the_verb_says(mark, middle):
-    drawn, plain = (hud.draw(frame(), state(robot=None, mark=m, target=-1)) for m in (mark, None))
-    left, top, right, bottom = spread(changed(drawn, plain))
-    # Where that is, by what is known to be there: the child, drawn at the same place.
-    there = hud.draw(frame(), state(child={"position": middle}, robot=None, mark=None, target=-1))
-    np.testing.assert_allclose(((left + right) / 2, (top + bottom) / 2), toddler(there), atol=(right - left) / 4)
 
 
 @pytest.mark.parametrize(("width", "height"), SIZES)
