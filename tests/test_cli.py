@@ -10,6 +10,7 @@ import sys
 import pytest
 
 from caregiver_mj import FloorPlan, cli
+from caregiver_mj.viz.report import read_run
 
 GRID = ["evaluate", "--world", "grid"]
 PLAN = """\
@@ -182,3 +183,14 @@ def test_too_few_files_for_worker_processes():
     assert run.returncode == 1
     assert "Traceback" not in run.stderr
     assert "no worker process can be started: Too many open files" in run.stderr.splitlines()[-1]
+
+
+def test_houses_whose_names_have_spaces(capsys, tmp_path):
+    files = [tmp_path / "our house.txt", tmp_path / "it's theirs.txt"]
+    for file in files:
+        file.write_text(PLAN)
+    argv = [*GRID, "--houses", *map(str, files), "--epsilon", "1", "--episodes", "2", "--out", str(tmp_path / "a run")]
+    assert cli.main(argv) == 0
+    again = shlex.split(read_run(tmp_path / "a run").command())
+    assert again[again.index("--houses") + 1 :][:2] == [str(file) for file in files]
+    assert cli.main([*again[1:], "--out", str(tmp_path / "a run"), "--resume"]) == 0

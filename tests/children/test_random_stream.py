@@ -3,9 +3,11 @@
 import itertools
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from caregiver_mj import CaregiverError
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS, RandomStream, pick, start_cells
 
 
@@ -90,3 +92,10 @@ def test_start_cells_worked_by_hand():
 def test_without_room_children_share_a_cell_and_the_caregiver_takes_the_last_landing():
     assert (starts(1, 2, (0.9, 0.1)), starts(1, 0, (0.9, 0.1))) == (([0], 2), ([0], 0))
     assert starts(2, 1, (0.9, 0.1), (0.1, 0.1), (0.7, 0.7)) == ([1, 0, 0], 2)
+
+
+def test_a_stream_is_drawn_by_a_random_state_or_a_generator():
+    one, other = (make(np.random.MT19937(3)) for make in (np.random.RandomState, np.random.Generator))
+    np.testing.assert_array_equal(RandomStream.draw(one).steps, RandomStream.draw(other).steps)
+    with pytest.raises(CaregiverError, match="the seed of an episode must be an integer"):
+        RandomStream.draw_group("0", 1)

@@ -104,6 +104,20 @@ def test_it_is_the_batch(adapter, kind, observation):
         assert all(of(found, i) in envs.observation_space for i in range(4))
 
 
+def test_masks_of_some_and_what_there_is_not(adapter):
+    envs = adapter(MAKERS["batch"]())
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        envs.env_method("action_masks")
+    envs.reset()
+    assert envs.has_attr("action_masks")
+    assert len(envs.env_method("action_masks", indices=[1, 3])) == 2
+    assert envs.get_attr("render_mode", indices=0) == [None]
+    assert envs.env_is_wrapped(gymnasium.Wrapper) == [False] * 4
+    with pytest.raises(AttributeError, match="no method 'fly'"):
+        envs.env_method("fly")
+    envs.close()
+
+
 def test_bad_input_is_named(adapter):
     with pytest.raises(CaregiverError, match="must be a vector environment"):
         adapter(gymnasium.make(NAME))

@@ -210,3 +210,13 @@ def test_an_unknown_option_is_a_type_error_and_the_house_has_no_batch(world):
     # The house has no batch.
     with pytest.raises(CaregiverError, match="vectorization_mode='sync'"):
         gymnasium.make_vec(NAME, 2, world="house")
+
+
+def test_houses_with_as_many_slots_look_alike():
+    small, large = make(slots=(4, 6), observation="flat"), make(house="apartment", slots=(5, 6), observation="flat")
+    assert (small.action_space.n, large.action_space.n) == (11, 12)
+    assert make(house="paper", slots=(4, 6), observation="flat").observation_space == small.observation_space
+    _, info = small.reset(seed=0)
+    assert info["action_mask"][2:5].tolist() == [0, 0, 0]  # three stairwells that are not there
+    with pytest.raises(CaregiverError, match=r"for house 'apartment', got \(1, 6\)"):
+        make(house="apartment", slots=(1, 6))

@@ -9,6 +9,14 @@ from caregiver_mj.experiments.intervals import of_mean, of_ratio, quantiles, res
 INF = np.inf
 
 
+@pytest.fixture
+def pairs():
+    """Twenty episodes: ours, theirs."""
+    random = np.random.default_rng(1)
+    theirs = random.poisson(6.0, 20).astype(float)
+    return random.binomial(theirs.astype(int), 0.3).astype(float) + random.poisson(0.5, 20), theirs
+
+
 # -- The parts ---------------------------------------------------------------------------------------
 
 
@@ -90,6 +98,13 @@ def test_ratio_against_all_resamples():
 # -- Symmetries --------------------------------------------------------------------------------------
 
 
+def test_other_units(pairs):
+    ours, theirs = pairs
+    assert of_ratio(8 * ours, theirs) == pytest.approx([8 * end for end in of_ratio(ours, theirs)])
+    assert of_ratio(ours, 8 * theirs) == pytest.approx([end / 8 for end in of_ratio(ours, theirs)])
+    assert of_mean(3 * ours + 7) == pytest.approx([3 * end + 7 for end in of_mean(ours)])
+
+
 # -- Samples that tell little ------------------------------------------------------------------------
 
 ONE = np.eye(20)[0]
@@ -109,6 +124,14 @@ ONE = np.eye(20)[0]
 )
 def test_ratios_that_say_little(ours, theirs, wanted):
     assert of_ratio(ours, theirs) == pytest.approx(wanted, nan_ok=True)
+
+
+@pytest.mark.parametrize(
+    ("data", "wanted"),
+    [([5.0], (5, -INF, INF)), ([10.0, 20.0], (15, -INF, INF)), ([5.0, 5.0], (5, 5, 5)), ([0.0] * 20, (0, 0, 0))],
+)
+def test_means_that_say_little(data, wanted):
+    assert of_mean(np.array(data)) == wanted
 
 
 def test_one_accident_in_twenty_episodes_bounds_nothing_from_above():

@@ -162,3 +162,20 @@ def test_a_worker_goes_on_with_the_house_that_it_knows():
     assert {block for block, _ in done} == set(blocks)
     # With the last house one may help the other.
     assert len({(block.house, worker) for block, worker in done}) <= 7
+
+
+def _square(job):
+    if job == "deadly":
+        os.kill(os.getpid(), signal.SIGKILL)
+    if job == "wrong":
+        raise ValueError("job is wrong")
+    return job**2
+
+
+@pytest.mark.slow
+def test_workers_do_every_job_or_say_which_they_do_not():
+    assert dict(workers.run_jobs(_square, range(7), 2)) == {job: job**2 for job in range(7)}
+    with pytest.raises(workers.WorkerError, match="deadly: its worker process died 2 times"):
+        list(workers.run_jobs(_square, [1, "deadly", 2], 2, deaths=2))
+    with pytest.raises(workers.WorkerError, match="ValueError: job is wrong"):
+        list(workers.run_jobs(_square, [1, "wrong"], 2))

@@ -7,7 +7,7 @@ import pytest
 import caregiver_mj
 from caregiver_mj import tasks
 from caregiver_mj.children.behaviour import Behaviour
-from caregiver_mj.children.child_group import ChildGroup
+from caregiver_mj.children.child_group import ChildGroup, parts_of, side_by_side
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.score import Scorer, expected_damage, robot_harm, score, with_costs
 from caregiver_mj.experiments.settings import Settings
@@ -91,6 +91,13 @@ def test_expected_damage_is_that_of_other_episodes():
     assert (np.diff(found.none) >= 0).all()
 
 
+def test_families_side_by_side_have_each_its_own():
+    both = side_by_side(STAIRS, [ChildGroup.of(1), ChildGroup.of(West(STAIRS))], 2)
+    assert [size for _, size in parts_of(both)] == [2, 2]
+    alone = [expected_damage(STAIRS, family).none[-1] for family in (ChildGroup.of(1), ChildGroup.of(West(STAIRS)))]
+    np.testing.assert_array_equal(Scorer(STAIRS, both).expected.none[-1], np.repeat(alone, 2))
+
+
 def test_the_front_door_adds_the_score_to_the_outcome():
     options = {"house": STAIRS, "epsilon": 1, "random": 0, "task_kwargs": {"robot": False}}
     env, plain = caregiver_mj.load("supervise", **options), tasks.load("supervise", **options)
@@ -135,3 +142,12 @@ def test_the_score_of_a_table_by_hand():
     assert bad["score"] == pytest.approx((-8 - 1 + 12 - 12) / 64)  # below 0: worse than nobody
     assert bad["score_ci_low"] < 0
     assert "score" not in comparison_rows(costs, "none", "ours")[0]
+
+
+def test_tables_without_a_score():
+    dear = FloorPlan.load("paper", damage="candle=0")  # bumps into these leave no trace
+    for damage, plan in ((0.0, PAPER), (8.0, dear)):
+        none, ours = (rows_of(n, damage=damage, damage_candle=0.0, damage_table=0.0) for n in ("none", "ours"))
+        assert comparison_rows(with_costs(pd.concat([none, ours]), [plan]), "ours", "none")[0]["score"] is None
+    older = pd.concat([none, ours]).drop(columns="strikes")
+    assert "score" not in comparison_rows(with_costs(older, [PAPER]), "ours", "none")[0]

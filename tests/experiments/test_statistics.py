@@ -50,6 +50,12 @@ def test_means_by_hand():
     assert (none["cells_visited_ci_low"], none["cells_visited_ci_high"]) == (1, 1)
 
 
+def test_means_of_one_harmless_episode():
+    (row,) = statistics.mean_rows(frame(none=[0]), ("damage",))
+    assert (row["damage_mean"], row["damage_sd"], row["damage_normalised_mean"]) == (0, 0, 0)
+    assert (row["damage_ci_low"], row["damage_ci_high"]) == (0, None)
+
+
 def test_comparison_by_hand():
     theirs = [10, 20, 30, 40, 50, 60]
     episodes = frame(none=theirs, paper=[0.9 * damage for damage in theirs])
@@ -68,6 +74,11 @@ def test_comparison_by_hand():
     assert row["toys_reached_left"] is row["toys_reached_left_ci_low"] is None  # and no toys
     assert "damage_equivalence" not in row  # to nobody's care
     assert "moves_blocked_free_p" not in row  # that was not measured
+
+
+def test_comparison_without_any_damage():
+    (row,) = statistics.comparison_rows(frame(none=[0, 0], paper=[0, 0]), "paper", "none")
+    assert row["damage_left"] is row["damage_left_ci_low"] is row["damage_p"] is None
 
 
 def test_margins():

@@ -239,7 +239,7 @@ EDITS = {
     "empty answers": lambda parts: first(parts).update(answers=""),
     "answers that are none": lambda parts: first(parts).update(answers="AAAA"),
     "answers of another": swap,
-    "another hazard": put("decide", (0, 1), 0),
+    "another hazard": put("decide", (slice(None), 1), 0),
     "a hazard that is none": put("decide", (0, 1), 99),
     "another verb": put("decide", (slice(None), 0), 0),
     "a verb that is none": put("decide", (5, 0), 99),

@@ -95,6 +95,14 @@ def test_toys_kept(ours, verdict):
     assert not_inferior(ours, TOYS, MARGINS["toys_reached"]) is verdict
 
 
+def test_a_margin_needs_pairs_too():
+    assert not_inferior(TOYS[:5], TOYS[:5], 0.03) is Verdict.NONE
+    assert not_inferior(TOYS[:6], TOYS[:6], 0.03) is Verdict.NOT_INFERIOR
+    assert not_inferior(np.zeros(20), np.zeros(20), 0.03) is Verdict.NONE
+    assert equivalent(TOYS[:5], TOYS[:5], 0.1) is Verdict.NONE
+    assert not enough(np.array([1, 1, 1, 0, 0, 0, 0]))  # pairs that do not differ do not count
+
+
 @pytest.mark.parametrize(
     ("factor", "verdict"), [(1, Verdict.EQUIVALENT), (0.92, Verdict.EQUIVALENT), (0.88, Verdict.DIFFERENT)]
 )

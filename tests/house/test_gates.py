@@ -5,7 +5,7 @@ import math
 import mujoco
 import numpy as np
 import pytest
-from scripted_child import NORTH, Scripted
+from scripted_child import EAST, NORTH, Scripted
 
 import caregiver_mj
 from caregiver_mj.errors import CaregiverError
@@ -58,6 +58,12 @@ def test_a_latched_one_holds_500_newtons(physics):
     assert physics.gate_positions()[0] < math.radians(1.0)
 
 
+def test_one_that_has_not_latched_swings_open_again(physics):
+    turn(physics, 4.0, 6.0)
+    turn(physics, -10.0, 4.0)
+    assert physics.gate_positions()[0] > math.radians(30.0)
+
+
 def bumping(cell, action, close=False, claims=False):
     """An episode without a robot in which a child moves one way, again and again."""
     env = caregiver_mj.load("supervise", CORNER, random=0, task_kwargs={"robot": False}, visuals=False)
@@ -90,6 +96,12 @@ def test_a_gate_that_is_only_said_to_be_shut_is_open():
     claimed = bumping((2, 5), NORTH, claims=True)
     assert claimed.task.outcome()["damage_gate"] == 3 * 5  # the first move had begun elsewhere
     assert claimed.task.children.state.tolist() == [State.AS_PLANNED]
+
+
+def test_a_fence_keeps_a_child_out_from_beside():
+    beside = bumping((1, 4), EAST)
+    assert beside.task.outcome()["damage"] == 0
+    assert beside.task.children[0].position[0] < CORNER.position((1, 5))[0] - CORNER.cell_size / 2
 
 
 def test_every_episode_begins_with_it_open_and_it_is_observed():

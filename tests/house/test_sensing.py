@@ -1,6 +1,7 @@
 """What the robot's senses make of what there is: errors, gaps, delay; and what is refused."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 import caregiver_mj
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.sensing import Sensing, Sensor
+from caregiver_mj.outside import parse_json
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.hazards import CANDLE
 
@@ -117,10 +119,27 @@ def test_all_is_as_old_as_the_delay(delay, steps):
         assert [float((s[key] - exact).max()) for s in seen] == pytest.approx([max(0, i - steps) for i in range(8)])
 
 
+def test_looking_twice_shows_the_same_and_shares_no_memory():
+    sensor = Sensor(Sensing.of({"candle": {"noise": 0.01}, "delay": 0.02}), 0.02, TABLES, CANDLES)
+    sensor.reset(0)
+    one, two = sensor.sense(0, EXACT), sensor.sense(0, EXACT)
+    for key in EXACT:
+        assert (one[key] == two[key]).all()
+        assert not np.shares_memory(one[key], two[key])
+
+
 def test_a_seed_makes_the_same_errors_again():
     one, again, other = (sensed([EXACT] * 3, seed, candle={"noise": 0.01, "bias": 0.01}) for seed in (0, 0, 1))
     assert all((a["candle_position"] == b["candle_position"]).all() for a, b in zip(one, again, strict=True))
     assert (one[0]["candle_position"] != other[0]["candle_position"]).all()
+
+
+ROUGH = {
+    "candle": {"noise": 0.01, "bias": 0.005, "turn_noise": 0.02, "dropout": 0.1},
+    "child": {"noise": 0.02, "velocity_noise": 0.05, "turn_bias": 0.1},
+    "base": {"noise": 0.005, "turn_noise": 0.01},
+    "delay": 0.06,
+}
 
 
 def run(task, **task_kwargs):
@@ -140,6 +159,21 @@ def test_exact_sensing_is_bit_identical_to_none():
         assert all(np.array_equal(one[key], two[key]) for key in one)
 
 
+def test_rough_sensing_is_of_the_same_episode():
+    task = "relocate_candle"
+    (env, plain), (_, rough), (_, again) = run(task), run(task, sensing=ROUGH), run(task, sensing=ROUGH)
+    for one, two in zip(rough, again, strict=True):
+        assert all(np.array_equal(one[key], two[key]) for key in one)
+    assert all(np.isfinite(value).all() for one in rough for value in one.values())
+    assert [one["clock"] for one in plain] == [one["clock"] for one in rough]
+    assert rough[20]["arm_position"] == pytest.approx(plain[17]["arm_position"], abs=0)  # three timesteps old
+    for key in ("toddler_position", "candle_position", "base_position"):
+        assert not np.array_equal(rough[20][key], plain[17][key])
+        assert rough[20][key] == pytest.approx(plain[17][key], abs=0.5)
+    for key, shape in env.observation_spec().items():
+        assert rough[20][key].shape == shape.shape
+
+
 @pytest.mark.parametrize(
     ("sensing", "words"),
     [
@@ -153,3 +187,23 @@ def test_exact_sensing_is_bit_identical_to_none():
 def test_what_makes_no_sense_is_refused(sensing, words):
     with pytest.raises(CaregiverError, match=words):
         caregiver_mj.load("supervise", task_kwargs={"sensing": sensing}, visuals=False)
+
+
+def test_changed_json_of_sensing_is_read_or_refused():
+    random = np.random.RandomState(0)
+    tokens = re.findall(r"[\w.]+|\W", '{"delay": 0.06, "base": {"noise": 0.005, "dropout": 0.1}}')
+    odd = ["null", "1e999", "NaN", "-1", "[]", "{}", '"x"', "[" * 2000, "9" * 400, "true", "{", "}", ":", "base"]
+    outcomes = set()
+    for _ in range(500):
+        found = list(tokens)
+        for _ in range(random.randint(1, 4)):
+            place = random.randint(len(found))
+            found[place : place + random.randint(2)] = [odd[random.randint(len(odd))]]
+        try:
+            Sensing.of(parse_json("".join(found)))
+            outcomes.add("read")
+        except ValueError:
+            outcomes.add("no JSON")
+        except CaregiverError as error:
+            outcomes.add("several lines" if "\n" in str(error) else "refused")
+    assert outcomes == {"read", "no JSON", "refused"}

@@ -109,6 +109,30 @@ def test_bump_distances_and_a_childs_are_those_of_a_search_that_enters_no_landin
         assert distance.tolist() == [moves[cell] for cell in plan.free_cells]
 
 
+def test_many_goals_are_worked_out_in_parts_with_the_same_result():
+    plan = FloorPlan.load("house-0-60x60")
+    goals = range(0, len(plan.caregiver_cells), 3)
+    together = plan.graph.distances_from(goals)
+    assert len(goals) * len(plan.caregiver_cells) > 2**21  # so that it is in parts
+    for row in (0, len(goals) // 2, len(goals) - 1):
+        assert (together[row] == plan.graph.distances_from([goals[row]])[0]).all()
+
+
+@settings(max_examples=25, deadline=None)
+@given(PLANS, st.data())
+def test_a_search_finds_shortest_ways_nearest_cells_first(plan, data):
+    cells = plan.caregiver_cells
+    start = data.draw(st.integers(0, len(cells) - 1))
+    closed = set(data.draw(st.lists(st.integers(0, len(cells) - 1), max_size=4)))
+    before = plan.graph.breadth_first(start, closed)
+    moves = distances(set(cells) - {cells[i] for i in closed} | {cells[start]}, cells[start])
+    assert {cells[i] for i in before} == set(moves)
+    order = [moves[cells[i]] for i in before]
+    assert order == sorted(order)
+    for cell, previous in before.items():
+        assert moves[cells[cell]] == moves[cells[previous]] + (cell != start)
+
+
 def test_what_only_a_landing_joins_is_not_connected_for_a_child():
     plan = FloorPlan("unchecked", ("#####", "#.S.#", "#B#B#", "#####"))  # `parse` would refuse it
     assert (plan.graph.is_connected().tolist(), plan.graph.parts().max()) == ([True, False], 0)

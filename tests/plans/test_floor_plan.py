@@ -1,5 +1,7 @@
 """Floor plans: what is refused and why, what loads, and what stands where."""
 
+import pickle
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -42,6 +44,25 @@ def test_malformed_plans_are_refused_with_line_and_column(text, place, problem):
     assert message.startswith(f"floor plan 'attic' line {place[0]}, column {place[1]}: ")
     assert problem in message
     assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    ("row", "line", "problem"),
+    [
+        (0, "#" * 12, "line 1, column 13: the row has 12 cells, but most have 13"),
+        (0, "my own house", "line 1, column 1: 'm' is none of .*, and 9 more in this line"),
+        (4, "#" * 13, "is not connected to the one at line 2, column 2, nor are [0-9]+ more$"),
+    ],
+)
+def test_one_bad_line_is_one_problem(row, line, problem):
+    rows = list(FloorPlan.load("paper").rows)
+    assert {len(cells) for cells in rows} == {13}
+    rows[row] = line
+    with pytest.raises(FloorPlanError, match=problem) as error:
+        FloorPlan.parse("\n".join(rows))
+    assert len(error.value.problems) == len(error.value.excerpts) == 1
+    again = pickle.loads(pickle.dumps(error.value))  # as from a worker process
+    assert (str(again), again.excerpts) == (str(error.value), error.value.excerpts)
 
 
 def test_lines_are_counted_from_the_top_of_the_file_and_blanks_do_not_matter():

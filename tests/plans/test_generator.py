@@ -156,6 +156,10 @@ def test_a_home_is_a_house_in_which_some_things_are_of_other_kinds(seed):
     assert all(home[cell] == "." for cell in home.mouths.values())
 
 
+def test_a_home_needs_neither_stairs_nor_candles():
+    assert set(FloorPlan.load("home-1-stairwells0-candles0").text) == set("#.oTB\n")
+
+
 def test_a_house_has_as_many_gates_mugs_and_batteries_as_are_asked_for():
     plan = FloorPlan.load("house-17-14x12-stairwells1-candles1-tables2-gates1-mugs2-batteries3")
     assert [plan.text.count(symbol) for symbol in "SGCMTo"] == [1, 1, 1, 2, 2, 3]

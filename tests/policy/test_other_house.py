@@ -15,6 +15,15 @@ def test_another_environment_is_refused(house, children):
         policy(other.reset())
 
 
+def test_one_that_cannot_be_made_leaves_the_house_as_it_is():
+    env = caregiver_mj.load("supervise", "paper", random=0, visuals=False)
+    with pytest.raises(caregiver_mj.CaregiverError, match="sensing must show"):
+        caregiver_mj.CaregiverPolicy(env, "childproof", sensing={"candle": {"noise": 0.3}})
+    assert env.task.caregiver is None
+    env.reset()
+    assert env.task.candles.starting_tables == [*env.task.plan.candle_tables]
+
+
 def test_a_caregiver_serves_one_policy_at_a_time():
     """What it has seen of the one episode would count in the other."""
     one, two = (caregiver_mj.load("supervise", "paper", visuals=False, random=0) for _ in range(2))

@@ -238,3 +238,36 @@ def test_a_child_that_something_hides_for_a_moment_is_not_forgotten():
     assert views(dm_env.StepType.MID, False) == [[], [pytest.approx(1.5 - BUMP_SPEED)]]  # it may have come on
     policy.robot.now = 3.0
     assert views(dm_env.StepType.MID, False) == [[], []]  # not for ever: then it is where it is believed to be
+
+
+def test_a_candle_in_the_hand_is_seen_over_a_wall():
+    env = load(0.5, 7)
+    env.reset()
+    x, y = ROOMS.position((1, 4))
+    env.physics.set_robot(np.array([x + 0.1, y, 0.0]))
+    env.physics.set_candle(0, np.array([x + 1.0, y, 0.9]), 0.0)  # beyond the wall of the first room
+    for _ in range(10):
+        env.step(np.zeros(env.action_spec().shape))
+    shown = env.task.get_observation(env.physics)["candle_position"][0]
+    assert shown[:2] == pytest.approx(env.physics.candle_poses()[0, :2], abs=0.01)
+
+
+def test_a_child_on_its_way_to_a_corner_may_come_round_it():
+    perception = Perception(ROOMS, sight=Sight.of("walls"))
+    perception.reset(observed())
+    corridor = tuple(cell for cell in ROOMS.free_cells if cell[0] == 4)
+    for now, (cell, places) in enumerate([((3, 8), 1), ((2, 8), 1), ((1, 8), 0)]):
+        believe(perception, cell)
+        view = perception.look(observed(seen=corridor), float(now))
+        assert len(view.lurking) == places
+
+
+def test_a_child_that_runs_into_the_robot_stays_where_it_is(perception):
+    seen = observed()
+    x, y = ROOMS.position((4, 8))
+    seen |= {"toddler_seen": np.ones(1), "toddler_position": np.array([x, y, 0.0])}
+    perception.reset(seen)
+    perception.watch(perception.look(seen, 0.0), 0.0)
+    seen["toddler_position"] = np.array([x - 0.1, y, 0.0])
+    perception.watch(perception.look(seen, 0.3), 0.2)
+    assert perception._tracker.cell == ROOMS.cell_index[(4, 8)]

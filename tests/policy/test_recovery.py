@@ -253,3 +253,16 @@ def test_candle_in_the_hand_is_put_on_a_nearer_table_if_that_saves_the_child():
     assert np.hypot(*(env.physics.base_position()[:2] - landing)) < 0.03
     outcome = task.outcome()  # ... and was not hurt
     assert outcome["damage_stairwell"] == outcome["strikes"] == outcome["candles_dropped"] == 0
+
+
+def test_grasp_that_fails_again_and_again_is_given_up(scene, monkeypatch):
+    def act() -> np.ndarray:
+        action = scene.policy(scene.timestep)
+        action[10] = max(action[10], 0.030)  # the fingers do not close
+        return action
+
+    monkeypatch.setattr(scene, "act", act)
+    # It cannot tell by its open fingers that it has nothing: what it lacks is a candle that comes along.
+    assert scene.run(3000, until=lambda: scene.policy.activity == "keep out of the way")
+    assert scene.task.is_standing(scene.physics, 0)
+    assert scene.policy.executive.done == 0

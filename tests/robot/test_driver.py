@@ -144,6 +144,12 @@ def test_children_in_both_of_two_ways_leave_none_until_one_goes(order):
     assert drive.run(10.5) is Status.DONE
 
 
+def test_what_children_keep_closed_is_given_up():
+    drive = Drive(TWO_WAYS, (1, 7), (2, 1), stands_in(TWO_WAYS, (1, 4)), stands_in(TWO_WAYS, (3, 4)))
+    assert drive.run(30.0) is Status.FAILED
+    assert 10.0 < drive.robot.now < 15.0
+
+
 def test_a_base_gets_out_of_the_way_of_a_child_that_comes_and_goes_on_when_it_is_past():
     comes = walks_from(CORRIDOR, (2, 4), 1.0)
     drive = Drive(CORRIDOR, (2, 5), (2, 1), comes, child(50.0, 0.0))

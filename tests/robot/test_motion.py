@@ -58,6 +58,26 @@ def test_a_base_that_has_left_its_path_stops_as_soon_as_it_can_at_whatever_rate_
     assert not robot.stops
 
 
+def test_a_base_tells_how_much_of_its_speed_it_has():
+    robot = RobotMotion(ROBOT, 0.02)
+    robot.reset((0.0, 0.0, 0.0))
+    assert (robot.is_driving, robot.rate) == (False, 0.0)
+    robot.drive_along([(0.0, 0.0), (3.0, 0.0)], lambda _: True)
+    rates = []
+    for i in range(300):
+        robot.set_rate(1.0 if i < 40 else 0.25)
+        assert robot.is_driving or i > 100
+        rates.append(robot.rate)
+        robot.action((*robot.base_reference()[0], 0.0))
+        robot.now += 0.02
+    assert rates[1:39] == [1.0] * 38
+    assert rates[100] == pytest.approx(0.25)
+    while robot.is_driving:
+        robot.now += 0.02
+        robot.base_reference()
+    assert (robot.rate, robot.base_reference()[0]) == (0.0, (3.0, 0.0))
+
+
 def test_a_base_that_is_led_off_its_path_lets_go_of_it_without_a_jump():
     """It is told to go straight on where its path turns off; then it comes to rest from where it has got to."""
     robot = motion_along((0.5, 0.0), (0.5, 3.0))
@@ -114,6 +134,25 @@ def test_a_turn_under_way_slows_down_to_its_bound_and_speeds_up_when_it_is_lifte
     robot.bound_turning(np.inf)
     assert max(turning(robot, 1.5)) > 1.5
     assert robot.yaw == pytest.approx(3.0)
+
+
+def test_a_base_that_turns_slowly_for_what_it_holds_does_so_until_the_hand_opens():
+    robot = RobotMotion(ROBOT, 0.02)
+    robot.reset((0.0, 0.0, 0.0))
+
+    def fastest_turn_to(yaw):
+        robot.turn_to(yaw)
+        rates = []
+        while robot.turn_left(yaw):
+            robot.now += 0.02
+            rates.append(abs(robot.turning[0]))
+        return max(rates)
+
+    robot.turn_gently(0.4)
+    robot.turn_gently()  # as anybody else would have it
+    assert fastest_turn_to(1.5) == pytest.approx(0.4)
+    robot.grip(ROBOT.grasp.open)
+    assert fastest_turn_to(0.0) > 1.0
 
 
 def test_a_hand_on_its_way_slows_down_to_a_creep_and_goes_on_when_it_need_not():

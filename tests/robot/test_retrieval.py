@@ -62,3 +62,11 @@ def test_the_arm_reaches_last_where_a_child_is():
     beside = alone.base[:2]
     past = found(search.to_pick_up(dataclasses.replace(standing, children=(child(*beside),)), 0))
     assert np.dot(np.array(past.base[:2]) - (x, y), np.array(beside) - (x, y)) < 0.0  # from the other side
+
+
+def test_the_scene_is_made_anew_for_tables_of_other_heights_only():
+    robot, asked = find_embodiment(), []
+    search = RetrievalPlanner(Navigator(ROOM, robot), asked.append)
+    for heights in (None, None, (0.5,), (0.5,), (0.7,), None):
+        search.prepare(heights)
+    assert asked == [None, (0.5,), (0.7,), None]
