@@ -120,6 +120,7 @@ def test_every_caregiver_can_do_with_its_own_eyes(name):
     assert (damage[0] == damage[1]).all()
 
 
+@pytest.mark.slow  # its tables are
 def test_foresight_goes_to_look_for_a_child_that_moves_at_random():
     plan, seeds = FloorPlan.load("house-17"), range(6)
     looks, never = (
