@@ -93,7 +93,7 @@ def shortened(words):
     words = [re.sub(r"^(test|train)-\d+$", r"\1-1", word) for word in words if word != "--render"]
     words = [re.sub(r"^(test|train)-\d+/\d+$", "my-house.txt", word) for word in words]
     less = []
-    if words[0] in ("evaluate", "record"):
+    if words[0] in ("evaluate", "paper", "record"):
         less += ["--episodes", "1"]
     if words[0] in ("render", "record") and "grid" not in words:
         less += ["--seconds", ".2"]
