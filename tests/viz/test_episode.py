@@ -1,7 +1,6 @@
 """Episodes to film: those of a run, and what the display is told of them."""
 
 import dataclasses
-import functools
 
 import numpy as np
 import pandas as pd
@@ -89,18 +88,19 @@ def test_answers_that_were_kept_are_filmed_in_their_caregivers_place(house, tmp_
 
 
 @pytest.mark.slow
-def test_a_film_by_answers_is_of_an_episode_of_their_run(house, tmp_path, monkeypatch):
+def test_a_film_by_answers_is_of_an_episode_of_their_run(house, tmp_path, monkeypatch, capsys):
     run = tmp_path / "run"
-    made = ["--house", str(house), "--epsilon", "1", "--seed", str(SEED), "--damage", "7:2:1"]
+    made = ["--house", str(house), "--epsilon", "1", "--seed", str(SEED), "--damage", "7:2:1", "--sight", "walls"]
     assert cli.main(["evaluate", *made, "--caregiver", "nearest", "--episodes", "2", "--out", str(run)]) == 0
     row = pd.read_parquet(run / "episodes.parquet").set_index("episode").loc[1]
     assert row.damage > 0
-    monkeypatch.setattr(
-        film, "render_episode", functools.partial(render_episode, studio=Blank, picture=SMALL, quiet=True)
-    )
+    small = {"studio": Blank, "picture": SMALL, "quiet": True}  # and not what the command says
+    monkeypatch.setattr(film, "render_episode", lambda out, spec, **how: render_episode(out, spec, **how | small))
     command = ["render", "--answers", str(run), "--caregiver", "nearest", "--episode", "1", "--seconds", "400"]
     assert cli.main([*command, "--task", "block_stairs", "--out", str(tmp_path / "film.mp4")]) == 0
     assert_is_row(Blank.seen, row)
+    assert cli.main(["record", "--format", "lerobot", *command[1:5], "--out", str(tmp_path / "set")]) == 2
+    assert "--answers must be a run with sight all, got walls" in capsys.readouterr().err
 
 
 def test_the_display_is_told_of_each_child(house):
