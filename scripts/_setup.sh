@@ -80,6 +80,7 @@ _set_up() {
     wanted=$(pwd; "$_venv/bin/python" --version; cat pyproject.toml constraints.txt)
     if [ "$(cat "$stamp" 2>/dev/null)" != "$wanted" ]; then
         _note "Installing the packages ..."
+        rm -f "$stamp"  # others may look for what is whole
         "$_venv/bin/python" -m pip install -qq --disable-pip-version-check -e ".[test]" -c constraints.txt
         # From Python 3.13 on it is no requirement: see pyproject.toml.
         "$_venv/bin/python" -m pip install -qq --disable-pip-version-check --no-deps dm_control -c constraints.txt

@@ -80,65 +80,12 @@ def test_bad_arguments(capsys, argv, words):
         (PLAN.replace("#####\n#B", "#.###\n#B"), ["line 1, column 2", "border"]),
     ],
 )
-@pytest.mark.parametrize("command", [["house", "show"], ["house", "check"], [*GRID, "--house"]])
+@pytest.mark.parametrize("command", [["house", "check"]])
 def test_bad_floor_plan(capsys, tmp_path, command, text, words):
     (tmp_path / "bad.txt").write_text(text)
     message = fails(capsys, [*command, tmp_path / "bad.txt"])
     for word in ["bad", *words]:
         assert word in message
-
-
-def test_house_check_says_all_that_is_wrong(capsys, tmp_path):
-    (tmp_path / "bad.txt").write_text("######\n#..#S#\n#.####\n#.C.##\n######\n")
-    assert cli.main(["house", "check", str(tmp_path / "bad.txt")]) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    lines = [line for line in err.splitlines() if not line.startswith("  ")]
-    assert all(line.startswith("caregiver-mj: floor plan 'bad' ") for line in lines)
-    words = ["line 4, column 4: this free cell", "line 2, column 5: this stairwell", "no toy bin", "no bare table"]
-    assert len(lines) == len(words)
-    assert all(word in line for word, line in zip(words, lines, strict=True))
-    assert lines[0] in fails(capsys, ["house", "show", tmp_path / "bad.txt"])  # the first of them, elsewhere
-    (tmp_path / "prose.txt").write_text("#####\n" + "Words.\n" * 200)  # no floor plan: the first twenty
-    assert cli.main(["house", "check", str(tmp_path / "prose.txt")]) == 2
-    lines = [line for line in capsys.readouterr().err.splitlines() if not line.startswith("  ")]
-    assert len(lines) == 21
-    assert "line 1, column 6: the row has 5 cells, but most have 6" in lines[0]
-    assert lines[-1] == "caregiver-mj: and 181 more"
-
-
-@pytest.mark.parametrize("command", ["show", "check"])
-def test_the_place_in_a_floor_plan_is_shown(capsys, tmp_path, command):
-    (tmp_path / "bad.txt").write_text("\n" * 7 + "#####\n#B.S#\n#.\x1b[#\n#C.T#\n#####\n")
-    assert cli.main(["house", command, str(tmp_path / "bad.txt")]) == 2
-    message, *excerpt = capsys.readouterr().err.splitlines()
-    assert "line 10, column 3: '\\x1b'" in message
-    assert excerpt == ["  10 | #.?[#", "     |   ^"]
-
-
-def test_all_places_in_a_floor_plan_are_shown_and_a_part_of_long_lines(capsys, tmp_path):
-    wall, wide = "#" * 300, "#B" + "." * 200 + "x" + "." * 95 + "T#"
-    (tmp_path / "bad.txt").write_text(f"{wall}\n{wide}\n{wall[1:]}\n")
-    assert cli.main(["house", "check", str(tmp_path / "bad.txt")]) == 2
-    lines = capsys.readouterr().err.splitlines()
-    assert "line 2, column 203: 'x'" in lines[0]
-    assert lines[1] == f"  2 | {'.' * 50}x{'.' * 49}"
-    assert lines[2] == f"    | {' ' * 50}^"
-    assert "line 3, column 300: the row has 299 cells" in lines[3]
-    assert lines[4:] == [f"  3 | {'#' * 50}", f"    | {' ' * 50}^"]  # where the missing one would be
-
-
-def test_a_house_without_room_for_child_and_robot(capsys, tmp_path):
-    (tmp_path / "cupboard.txt").write_text("####\n#.B#\n####\n")
-    house, least = str(tmp_path / "cupboard.txt"), "at least 2 free cells, for children and robot, got 1"
-    assert cli.main(["house", "check", house]) == 0
-    out, err = capsys.readouterr()
-    assert out.startswith("OK: cupboard, 4 x 3 cells")
-    assert "warning: for the grid only: in MuJoCo" in err
-    assert least in err
-    assert least in fails(capsys, ["evaluate", "--house", house, "--out", tmp_path / "run"])
-    assert not (tmp_path / "run").exists()  # before the first episode
-    assert cli.main(["evaluate", "--house", house, "--caregiver", "none", "--epsilon", "1", "--episodes", "1"]) == 0
 
 
 def test_files_of_odd_bytes(capsys, tmp_path):
@@ -230,6 +177,14 @@ def test_a_full_disk_below_standard_output():
     assert "Traceback" not in run.stderr
 
 
+def test_too_few_files_for_worker_processes():
+    command = f"ulimit -n 14; {shlex.quote(sys.executable)} -m caregiver_mj evaluate --world grid --epsilon 1 --jobs 2"
+    run = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
+    assert run.returncode == 1
+    assert "Traceback" not in run.stderr
+    assert "no worker process can be started: Too many open files" in run.stderr.splitlines()[-1]
+
+
 def test_houses_whose_names_have_spaces(capsys, tmp_path):
     files = [tmp_path / "our house.txt", tmp_path / "it's theirs.txt"]
     for file in files:
@@ -239,11 +194,3 @@ def test_houses_whose_names_have_spaces(capsys, tmp_path):
     again = shlex.split(read_run(tmp_path / "a run").command())
     assert again[again.index("--houses") + 1 :][:2] == [str(file) for file in files]
     assert cli.main([*again[1:], "--out", str(tmp_path / "a run"), "--resume"]) == 0
-
-
-def test_too_few_files_for_worker_processes():
-    command = f"ulimit -n 14; {shlex.quote(sys.executable)} -m caregiver_mj evaluate --world grid --epsilon 1 --jobs 2"
-    run = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
-    assert run.returncode == 1
-    assert "Traceback" not in run.stderr
-    assert "no worker process can be started: Too many open files" in run.stderr.splitlines()[-1]

@@ -5,12 +5,8 @@ import sys
 
 import pytest
 
-from caregiver_mj import FloorPlan, cli
-from caregiver_mj.caregivers.registry import CAREGIVERS, find_caregiver
+from caregiver_mj import cli
 from caregiver_mj.cli import completion
-from caregiver_mj.experiments.settings import Settings
-from caregiver_mj.experiments.spec import BARE_TABLES
-from caregiver_mj.recording.steps import RANDOM
 
 _LOADED = """
 COMP_WORDS=("$@")
@@ -48,23 +44,6 @@ def bash(tmp_path_factory):
 )
 def test_words_are_completed(bash, words, offered):
     assert bash(*words) == offered
-
-
-@pytest.mark.parametrize("command", ["evaluate", "render", "view", "record"])
-def test_the_caregivers_that_a_command_takes_are_offered(bash, command):
-    offered = bash(command, "--caregiver", "")
-    assert offered >= set(CAREGIVERS) - {"none"}
-    for name in offered:  # as the command reads them
-        if command == "evaluate":
-            Settings(FloorPlan.load("paper"), "grid", (name,)).check()
-        elif command != "record":
-            find_caregiver(name)
-        elif name != RANDOM:
-            assert find_caregiver(name) is not None
-    assert (BARE_TABLES in offered, "none" in offered, RANDOM in offered) == {
-        "evaluate": (True, True, False),
-        "record": (False, False, True),
-    }.get(command, (False, True, False))
 
 
 @pytest.mark.parametrize("arguments", [["completion", "bash"], ["--help"]])

@@ -5,25 +5,21 @@
 
 import contextlib
 import io
-import json
 import os
 import pathlib
 import shutil
 import tempfile
 
 import numpy as np
-import pandas as pd
 import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from caregiver_mj import cli
-from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.viz.report import read_run
 
 ALL = int(os.environ.get("CAREGIVER_FUZZ", "120"))
 TEXT = "######\n#B.S.#\n#....#\n#C..T#\n######\n"
@@ -183,83 +179,4 @@ def test_command_lines(run, argv):
         (run / "EMPTY").mkdir()
 
 
-@fuzz(1 / 6)
-@given(st.text(max_size=12), st.sampled_from(["novice", "expert", ""]))
-def test_families(text, child):
-    try:
-        family = ChildGroup.parse(text, child)
-    except CaregiverError:
-        return
-    assert ChildGroup.parse(str(family)) == family
-
-
 # -- Run folders -------------------------------------------------------------------------------------
-
-ANY_JSON = st.recursive(
-    st.one_of(st.none(), st.booleans(), st.integers(-3, 10**20), st.floats(), st.text(max_size=3), st.just("none")),
-    lambda inner: st.one_of(st.lists(inner, max_size=2), st.dictionaries(st.text(max_size=3), inner, max_size=2)),
-    max_leaves=4,
-)
-
-
-def change(value, data):
-    """A JSON value with something in it changed, added or left out."""
-    inner = isinstance(value, dict | list) and len(value) > 0 and data.draw(st.integers(0, 5)) > 0
-    if not inner:
-        return data.draw(ANY_JSON)
-    keys = sorted(value) if isinstance(value, dict) else range(len(value))
-    key = data.draw(st.sampled_from(keys))
-    changed = value.copy()
-    if data.draw(st.integers(0, 3)) == 0:
-        del changed[key]
-    else:
-        changed[key] = change(value[key], data)
-    return changed
-
-
-def tampered(path, data):
-    """Changes a file of a run."""
-    kind = data.draw(st.sampled_from(["content", "content", "content", "cut", "bytes", "gone", "folder"]))
-    content = path.read_bytes()
-    if kind == "content" and path.suffix == ".json":
-        path.write_text(json.dumps(change(json.loads(content), data)))
-    elif kind == "content":
-        table = pd.read_parquet(path)
-        column = data.draw(st.sampled_from(list(table)))
-        how = data.draw(st.sampled_from(["drop", "rows", "text", "none", "negative"]))
-        if how == "drop":
-            table = table.drop(columns=column)
-        elif how == "rows":
-            table = table.iloc[: data.draw(st.integers(0, len(table) - 1))]
-        else:
-            table[column] = {"text": "x", "none": None, "negative": -1}[how]
-        table.to_parquet(path)
-    elif kind == "cut":
-        path.write_bytes(content[: data.draw(st.integers(0, len(content)))])
-    elif kind == "bytes":
-        path.write_bytes(data.draw(st.binary(max_size=20)))
-    else:
-        path.unlink()
-        if kind == "folder":
-            path.mkdir()
-
-
-@fuzz(1 / 6)
-@given(data=st.data())
-def test_run_folders(run, data):
-    with tempfile.TemporaryDirectory() as folder:
-        copy = pathlib.Path(folder) / "run"
-        shutil.copytree(run / "RUN", copy)
-        files = sorted(path for path in copy.rglob("*") if path.suffix in (".json", ".parquet"))
-        tampered(data.draw(st.sampled_from(files)), data)
-        what = data.draw(st.sampled_from(["report", "compare", "pool", "resume"]))
-        if what == "report":
-            with contextlib.suppress(CaregiverError):
-                read_run(copy)
-        elif what == "compare":
-            status(["compare", *data.draw(st.permutations([copy, run / "RUN"]))])
-        elif what == "pool":
-            status(["pool", copy, run / "RUN", "--out", pathlib.Path(folder) / "out"])
-        else:
-            argv = ["evaluate", "--world", "grid", "--house", run / "TINY", "--epsilon", "1", "--episodes", "2"]
-            status([*argv, "--caregiver", "none", "guard", "--out", copy, "--resume"])

@@ -7,7 +7,6 @@ import pytest
 
 from caregiver_mj import cli
 from caregiver_mj.caregivers.baselines import NearestCaregiver
-from caregiver_mj.cli import completion
 
 
 class Nanny(NearestCaregiver):
@@ -41,12 +40,6 @@ def test_a_line_on_each_name(capsys, what, some):
     assert json.loads(capsys.readouterr().out) == found
 
 
-def test_an_alias_is_called_one(capsys):
-    found = listed(capsys, "caregivers")
-    assert found["paper"] == "Alias of expected-danger."
-    assert "expected danger" in found["expected-danger"]
-
-
 def test_other_packages_are_listed_and_those_that_fail_say_why(capsys, monkeypatch):
     offered = importlib.metadata.EntryPoints(
         importlib.metadata.EntryPoint(name, value, "caregiver_mj.caregivers")
@@ -57,24 +50,3 @@ def test_other_packages_are_listed_and_those_that_fail_say_why(capsys, monkeypat
     assert found["nanny"].startswith("Sings. (from ")
     assert "cannot be loaded" in found["broken"]
     assert "guard" in found
-
-
-def test_one_default_caregiver_in_all_commands():
-    defaults = {
-        command: action.default
-        for command, action in completion._actions(cli.make_parser())
-        if action.dest == "caregiver" and action.default
-    }
-    assert defaults.pop("evaluate") == ["none", "expected-danger"]
-    assert defaults == dict.fromkeys(("record", "render", "view"), "expected-danger")
-
-
-@pytest.mark.parametrize(
-    ("command", "words"),
-    [("evaluate", "house,grid"), ("view", "mobile_fr3, mobile_ur5e"), ("render", "supervise, relocate_candle")],
-)
-def test_help_names_what_there_are_few_of(capsys, monkeypatch, command, words):
-    monkeypatch.setenv("COLUMNS", "1000")
-    with pytest.raises(SystemExit):
-        cli.main([command, "--help"])
-    assert words in capsys.readouterr().out

@@ -3,7 +3,6 @@
 import email
 import importlib.metadata
 import pathlib
-import re
 import subprocess
 import sys
 import tomllib
@@ -84,12 +83,3 @@ def test_no_generic_name_leaks(python, tmp_path):
     code = "import importlib.util as u; print([u.find_spec(n) for n in ('tasks', 'models', 'tests', 'scripts')])"
     for interpreter in (python, sys.executable):  # nor from the editable installation of the checkout
         assert run(interpreter, code, tmp_path).stdout == "[None, None, None, None]\n"
-
-
-def test_the_container_has_what_the_set_up_would_install():
-    commands, set_up = ((ROOT / name).read_text(encoding="utf-8") for name in ("Dockerfile", "scripts/_setup.sh"))
-    (needed,) = re.findall(r"_apt_install (lib.*) \|\| true", set_up)
-    assert f"--no-install-recommends {needed} \\\n" in commands
-    for script in {*re.findall(r"scripts/\w+(?:\.sh)?", commands)}:
-        assert (ROOT / script).is_file(), script
-    assert {".venv*", ".git", "*.egg-info"} <= {*(ROOT / ".dockerignore").read_text(encoding="utf-8").splitlines()}

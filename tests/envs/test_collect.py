@@ -84,11 +84,6 @@ def test_what_cannot_be_recorded(changes, message):
         Recording(dataclasses.replace(SHORT, **changes)).spaces()
 
 
-def test_a_camera_records_once():
-    with pytest.raises(CaregiverError, match="cameras must be different"):
-        Recording(SHORT, ("overview", "overview")).check()
-
-
 def test_answers_are_given_again_in_the_place_of_the_caregiver(tmp_path):
     played = Episode(EpisodeSpec(PAPER, 0.5, "nearest", seed=3))
     assert played.run_until(1.5)

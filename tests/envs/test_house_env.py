@@ -4,7 +4,6 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
-from gymnasium.vector import AsyncVectorEnv, AutoresetMode, SyncVectorEnv
 
 import caregiver_mj
 from caregiver_mj.envs.spaces import STRIKE_COST
@@ -130,31 +129,6 @@ def test_costs_add_up_to_the_damage():
     assert sum(info["strikes"] for *_, info in steps) == outcome["strikes"]
     for *_, info in steps:
         assert info["cost"] == info["damage"] + STRIKE_COST * info["strikes"]
-
-
-@pytest.mark.parametrize("name", ["Supervise", "RelocateCandle"])
-@pytest.mark.parametrize("options", [{"colour": "red"}, {"task_kwargs": {"colour": "red"}}])
-def test_an_unknown_option_is_a_type_error(name, options):
-    with pytest.raises(TypeError, match="colour"):
-        make(name, **options)
-
-
-def test_vectors_side_by_side_and_in_processes_are_equal():
-    makers = [lambda: make("BlockStairs", observation="flat", task_kwargs={"time_limit": 0.08})] * 2
-    sync, processes = SyncVectorEnv(makers), AsyncVectorEnv(makers)
-    try:
-        assert sync.metadata["autoreset_mode"] is processes.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
-        first, second = sync.reset(seed=[4, 9]), processes.reset(seed=[4, 9])
-        assert same(first[0], second[0])
-        np.testing.assert_array_equal(first[0][1], make("BlockStairs", observation="flat").reset(seed=9)[0])
-        sync.action_space.seed(0)
-        for step in range(7):  # over the end of an episode, and into another one
-            actions = sync.action_space.sample()
-            one, other = sync.step(actions), processes.step(actions)
-            assert same(one[:4], other[:4])
-            assert one[3].all() == (step == 3)
-    finally:
-        processes.close()
 
 
 @pytest.mark.parametrize("options", [{}, {"world": "house"}], ids=["actions", "targets"])

@@ -18,7 +18,7 @@ def anything(random, info):
     return (random.random_sample(info["action_mask"].shape) * info["action_mask"]).argmax(axis=1)
 
 
-@pytest.mark.parametrize("observation", ["numbers", "flat", "map"])
+@pytest.mark.parametrize("observation", ["flat", "map"])
 def test_it_is_the_houses_side_by_side(observation):
     families = (1.0, 0.25)
     vector = GridHousesVector(PLANS, 8, 2, families, observation=observation)

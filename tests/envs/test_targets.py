@@ -117,17 +117,7 @@ def test_a_candle_is_relocated_and_with_it_in_the_hand_nothing_else_counts():
     assert env.unwrapped.world.world.ledger.interventions_done[0] > 0
 
 
-def test_houses_with_as_many_slots_look_alike():
-    small, large = make(slots=(4, 6), observation="flat"), make(house="apartment", slots=(5, 6), observation="flat")
-    assert (small.action_space.n, large.action_space.n) == (11, 12)
-    assert make(house="paper", slots=(4, 6), observation="flat").observation_space == small.observation_space
-    _, info = small.reset(seed=0)
-    assert info["action_mask"][2:5].tolist() == [0, 0, 0]  # three stairwells that are not there
-    with pytest.raises(CaregiverError, match=r"for house 'apartment', got \(1, 6\)"):
-        make(house="apartment", slots=(1, 6))
-
-
-@pytest.mark.parametrize(("observation", "epsilon"), [("numbers", 0.5), ("flat", "1,.25"), ("map", "1,.25")])
+@pytest.mark.parametrize(("observation", "epsilon"), [("numbers", 0.5), ("map", "1,.25")])
 def test_the_vector_is_so_many_single_ones(observation, epsilon):
     options = {"house": PLAN, "observation": observation, "epsilon": epsilon}
     vector = gymnasium.make_vec(NAME, 2, **options)
@@ -181,15 +171,6 @@ def test_the_first_that_is_seen_is_the_same_in_both_worlds(observation):
         np.testing.assert_array_equal(grid[key][seen], house[key][seen])
 
 
-def test_maps_can_be_stacked():
-    env = gymnasium.wrappers.FrameStackObservation(make(observation="map"), 3)
-    before, _ = env.reset(seed=0)
-    after, *_ = env.step(0)
-    assert after in env.observation_space
-    np.testing.assert_array_equal(after["map"][1], before["map"][2])
-    assert (after["map"][2] != after["map"][1]).any()
-
-
 def test_the_grid_draws_without_mujoco():
     code = (
         "import sys; sys.modules['mujoco'] = sys.modules['dm_control'] = None\n"
@@ -231,12 +212,11 @@ def test_an_unknown_option_is_a_type_error_and_the_house_has_no_batch(world):
         gymnasium.make_vec(NAME, 2, world="house")
 
 
-@pytest.mark.parametrize("options", [{}, {"world": "house"}, {"vector": True}])
-def test_there_is_no_picture_before_the_first_reset(options):
-    how = {"house": PLAN, "render_mode": "rgb_array"}
-    env = gymnasium.make_vec(NAME, 2, **how) if options.get("vector") else make(**options, **how).unwrapped
-    with pytest.raises(gymnasium.error.ResetNeeded, match="before the first picture"):
-        env.render()
-    env.reset(seed=0)
-    assert np.shape(env.render())[-1] == 3
-    env.close()
+def test_houses_with_as_many_slots_look_alike():
+    small, large = make(slots=(4, 6), observation="flat"), make(house="apartment", slots=(5, 6), observation="flat")
+    assert (small.action_space.n, large.action_space.n) == (11, 12)
+    assert make(house="paper", slots=(4, 6), observation="flat").observation_space == small.observation_space
+    _, info = small.reset(seed=0)
+    assert info["action_mask"][2:5].tolist() == [0, 0, 0]  # three stairwells that are not there
+    with pytest.raises(CaregiverError, match=r"for house 'apartment', got \(1, 6\)"):
+        make(house="apartment", slots=(1, 6))

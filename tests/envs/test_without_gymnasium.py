@@ -44,13 +44,3 @@ def test_environments_are_registered_once_whatever_is_imported_first(imports):
     made = "import warnings; warnings.simplefilter('error')  # as where one is registered twice\n" + imports
     done = run(made + "\nprint(sum(name.startswith('caregiver_mj/') for name in gymnasium.registry))")
     assert (done.stdout.strip(), done.stderr) == ("4", "")
-
-
-def test_registering_loads_nothing_that_takes_long():
-    code = (
-        "import sys, gymnasium, caregiver_mj\n"
-        "assert 'caregiver_mj/Supervise-v0' in gymnasium.registry\n"
-        "print(sorted({'mujoco', 'dm_control', 'scipy', 'pandas', 'matplotlib'} & sys.modules.keys()))"
-    )
-    done = run(code)
-    assert (done.stdout.strip(), done.stderr) == ("[]", "")

@@ -20,7 +20,7 @@ hub = importlib.util.module_from_spec(SPEC)
 SPEC.loader.exec_module(hub)
 
 
-@pytest.mark.parametrize("use_async_envs", [False, True])
+@pytest.mark.parametrize("use_async_envs", [True])
 def test_vectors_of_a_task_reset_and_step(use_async_envs):
     suites = hub.make_env(2, use_async_envs, types.SimpleNamespace(task="block_stairs", house=HOUSE, size=(64, 48)))
     envs = suites["caregiver_mj"][0]

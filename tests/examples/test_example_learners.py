@@ -11,7 +11,6 @@ import torch
 from gymnasium import spaces
 from hazard_policy import HazardPolicy
 from judge_targets import learnt, policies_of
-from sb3_contrib.common.maskable.utils import get_action_masks, is_masking_supported
 from supervise_targets import damage_alone, new_model, train
 from targets_vector import Remembering
 
@@ -27,30 +26,6 @@ OTHER = FloorPlan.parse("########\n#S.C..B#\n#......#\n#.TC.BS#\n########", "oth
 
 def vector(episodes=6):
     return GridHousesVector((ONE, OTHER), episodes, 2, supervise_targets.FAMILIES, slots=(2, 3))
-
-
-def test_the_adapter_gives_what_the_vector_gives():
-    env, alone = BatchVecEnv(Remembering(vector())), Remembering(vector())
-    assert is_masking_supported(env)
-    env.seed(4)
-    observation, (wanted, info) = env.reset(), alone.reset(seed=4)
-    random = np.random.RandomState(0)
-    for step in range(1, 203):
-        masks = get_action_masks(env)
-        np.testing.assert_array_equal(masks, info["action_mask"])
-        assert all(np.array_equal(observation[key], wanted[key]) for key in wanted)
-        actions = (random.random_sample(masks.shape) * masks).argmax(axis=1)
-        observation, rewards, ended, infos = env.step(actions)
-        wanted, wanted_rewards, _, truncated, info = alone.step(actions)
-        np.testing.assert_array_equal(rewards, wanted_rewards)
-        assert ended.tolist() == truncated.tolist() == [step == 200] * 6
-        if step == 200:  # there the one has already begun anew, and the other has not
-            assert all(np.array_equal(infos[1]["terminal_observation"][key], wanted[key][1]) for key in wanted)
-            assert infos[1]["TimeLimit.truncated"]
-            assert [one["outcome"]["damage"] for one in infos] == info["outcome"]["damage"].tolist()
-            wanted, info = alone.reset()
-        else:
-            assert not any("terminal_observation" in one for one in infos)
 
 
 def test_in_which_place_a_hazard_is_does_not_matter():

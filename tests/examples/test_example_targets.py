@@ -1,12 +1,10 @@
 """The example at the target level: what it sees, and how it is judged. No learner is needed for that."""
 
 import numpy as np
-import pytest
 from judge_targets import RULE, learnt, scripted
 from targets_vector import EARLIER, Remembering
 
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
-from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.children.child_group import ChildGroup, side_by_side
 from caregiver_mj.envs.houses_vector import GridHousesVector
 from caregiver_mj.experiments.settings import EPSILONS
@@ -52,15 +50,3 @@ def test_policies_are_judged_on_the_episodes_of_evaluate():
     keys = ["house", "family", "epsilon", "episode"]
     theirs = others[others.caregiver == "none"][keys].reset_index(drop=True)
     assert rows[rows.caregiver == RULE][keys].reset_index(drop=True).equals(theirs)
-
-
-def test_the_rule_in_the_policies_place_does_about_what_it_does_elsewhere():
-    plan = FloorPlan.load("train-5/3")
-    once = learnt(plan, {}, (4, 5), 20)
-    seeds = [episode_seed(0, episode) for episode in range(20)]
-    alone, rule = (
-        run_episodes(plan, 1.0, make_caregiver(name, plan), seeds).damage.mean() for name in ("none", "paper")
-    )
-    careless = once[once.family == "1"].damage.mean()
-    assert careless < 0.6 * alone
-    assert careless == pytest.approx(rule, rel=0.25)

@@ -113,8 +113,3 @@ def test_options_that_do_not_fit_together(options, message, capsys, tmp_path):
 
 
 # -- Clusters that will not do -----------------------------------------------------------------------
-
-
-def test_no_scheduler():
-    with pytest.raises(CaregiverError, match=f"no scheduler at '{NOWHERE}': .*"):
-        DaskExecutor(NOWHERE, timeout=0.5)

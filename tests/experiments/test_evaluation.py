@@ -143,7 +143,7 @@ def test_rows_do_not_depend_on_company(settings, result):
 
 
 # That every caregiver decides for each episode alone is tried in the grid's tests.
-@pytest.mark.parametrize(("caregiver", "family"), [("random", "1,.25"), ("paper", "1"), ("foresight", "1,.25")])
+@pytest.mark.parametrize(("caregiver", "family"), [("random", "1,.25"), ("paper", "1"), ("foresight", "1")])
 def test_rows_do_not_depend_on_blocks(caregiver, family):
     settings = Settings(SMALL, "grid", (caregiver,), (family,), 3)
     assert [len(block) for block in settings.blocks(2)] == [2, 1]
@@ -169,10 +169,9 @@ def test_rows_of_a_house_do_not_depend_on_the_other_houses(world, tmp_path):
     assert all(again.read(str(block)) is not None for block in settings.blocks())
 
 
-@pytest.mark.parametrize("caregiver", ["none", pytest.param("paper", marks=pytest.mark.slow)])
-def test_rows_do_not_depend_on_the_children_beside_them(caregiver):
+def test_rows_do_not_depend_on_the_children_beside_them():
     families = (1.0, "explorer:.25", "toddler:.5", "avoider:.1", "seeker:.5", "1,.25", "adversary:0,explorer:.5")
-    settings = Settings(PAPER, "grid", (caregiver,), families, 3)
+    settings = Settings(SMALL, "grid", ("paper",), families, 3)
     assert [len(block.families) for block in settings.blocks()] == [5, 2]
     each = [rows(evaluate(dataclasses.replace(settings, families=(family,)))) for family in families]
     pd.testing.assert_frame_equal(rows(evaluate(settings)), pd.concat(each, ignore_index=True), check_exact=True)

@@ -159,26 +159,6 @@ def test_runs_are_compared_in_the_episodes_that_both_have(runs):
     assert found["settings"] == {"caregivers": [["none", "nearest"], ["guard", "nearest", "none"]], "episodes": [8, 10]}
 
 
-def test_what_only_one_of_two_runs_has_is_said(runs, capsys):
-    assert cli.main(["compare", str(runs / "seed0"), str(runs / "more")]) == 0
-    told = capsys.readouterr().out
-    assert "not the same: caregivers, no more and guard\n" in told
-    assert "not the same: episodes, 8 and 10\n" in told
-
-
-def test_of_many_houses_the_first_are_said(tmp_path, capsys):
-    plans = [
-        dataclasses.replace(TINY, name=f"house number {number}, with a name as long as this one") for number in range(4)
-    ]
-    for name, some in (("few", plans[:1]), ("many", plans)):
-        run(tmp_path / name, plans=tuple(some), houses=name, episodes=1)
-    assert cli.main(["compare", str(tmp_path / "few"), str(tmp_path / "many")]) == 0
-    told = " ".join(capsys.readouterr().out.split())
-    assert f"not the same: plans, no more and {plans[1].name}, {plans[2].name}, house" in told
-    assert told.endswith("...")
-    assert "houses," not in told
-
-
 def test_one_caregiver_against_another(runs):
     first, second = finished(runs, "seed0", "more")
     found = compare_runs(first, second, ["nearest", "guard"])

@@ -6,7 +6,7 @@ import pytest
 from test_statistics import frame
 
 from caregiver_mj.experiments.harm import judge
-from caregiver_mj.experiments.intervals import in_words, of_difference
+from caregiver_mj.experiments.intervals import of_difference
 from caregiver_mj.experiments.summary import by_house, harm, judge_run
 from caregiver_mj.experiments.verdicts import holm, least_p_more, sign_flip_p_more
 
@@ -86,11 +86,6 @@ def test_a_harmful_caregiver_is_named(cells):
     assert (paper["worst"]["house"], paper["worst"]["family"], paper["worst"]["verdict"]) == ("b", "0.5", "no verdict")
 
 
-def test_bare_tables_only_are_no_caregiver(episodes):
-    cells = by_house(episodes.replace({"caregiver": {"paper": "floor"}}))
-    assert [row["caregiver"] for row in harm(cells)] == ["bully"]
-
-
 # -- In three parts ----------------------------------------------------------------------------------
 
 COUNTED = ("strikes", "strikes_surface", "gate_strikes", "pinches", "contacts_fast", "candles_dropped")
@@ -168,9 +163,3 @@ def test_in_the_grid_nothing_can_be_struck():
     assert (found["verdict"], parts["robot"]) == ("no verdict", "not measured")
     assert found["parts"]["robot"]["strikes"] is None
     assert "not measured in the grid" in found["text"]
-
-
-def test_an_interval_without_ends_is_said_in_words():
-    assert in_words(None, None) == in_words(0.0, None) == "too few episodes for an interval"
-    assert in_words(-0.001, 2) == "+0.00 to +2.00"
-    assert in_words(0.5, None) == "+0.50 to no bound"

@@ -52,7 +52,7 @@ def blocks_on_disk(folder):
 
 
 def wait_for_blocks(folder, count, process):
-    for _ in range(3000):
+    for _ in range(30_000):
         if len(blocks_on_disk(folder)) >= count:
             return
         assert process.poll() is None, process.communicate()
@@ -77,7 +77,7 @@ def test_killed_run_is_continued(tmp_path, undisturbed):
     children = psutil.Process(process.pid).children()
     process.kill()
     process.communicate()
-    assert not psutil.wait_procs(children, timeout=20)[1]  # workers notice and end
+    assert not psutil.wait_procs(children, timeout=120)[1]  # workers notice and end
     assert not (tmp_path / "summary.json").exists()
     (tmp_path / "episodes" / "half.json.1.tmp").write_text("[")  # as a kill in the middle of a write leaves
     before = blocks_on_disk(tmp_path)
@@ -104,7 +104,7 @@ def test_interrupted_run_says_how_to_go_on(tmp_path, undisturbed, number, word):
     last = err.splitlines()[-1]
     assert last.startswith(f"caregiver-mj: {word}; ")
     assert "Traceback" not in err
-    assert not psutil.wait_procs(children, timeout=5)[1]
+    assert not psutil.wait_procs(children, timeout=120)[1]
     if number == signal.SIGTERM:  # from here on it is the same
         return
     command = last.split("go on with: caregiver-mj ")[1].split()
@@ -150,6 +150,20 @@ def test_block_that_is_not_of_the_run_is_run_again(tmp_path, first, change):
     same(evaluate(SHORT, RunFolder(tmp_path, SHORT.record(), resume=True)), first)
 
 
+def _where(block):
+    time.sleep(0.02)
+    return os.getpid()
+
+
+def test_a_worker_goes_on_with_the_house_that_it_knows():
+    novice = (ChildGroup.of(0.5),)
+    blocks = [Block(house, who, novice, 0, 1) for house in "abcdef" for who in ("none", "guard", "foresight")]
+    done = list(workers.run_jobs(_where, blocks, 2))
+    assert {block for block, _ in done} == set(blocks)
+    # With the last house one may help the other.
+    assert len({(block.house, worker) for block, worker in done}) <= 7
+
+
 def _square(job):
     if job == "deadly":
         os.kill(os.getpid(), signal.SIGKILL)
@@ -165,17 +179,3 @@ def test_workers_do_every_job_or_say_which_they_do_not():
         list(workers.run_jobs(_square, [1, "deadly", 2], 2, deaths=2))
     with pytest.raises(workers.WorkerError, match="ValueError: job is wrong"):
         list(workers.run_jobs(_square, [1, "wrong"], 2))
-
-
-def _where(block):
-    time.sleep(0.02)
-    return os.getpid()
-
-
-def test_a_worker_goes_on_with_the_house_that_it_knows():
-    novice = (ChildGroup.of(0.5),)
-    blocks = [Block(house, who, novice, 0, 1) for house in "abcdef" for who in ("none", "guard", "foresight")]
-    done = list(workers.run_jobs(_where, blocks, 2))
-    assert {block for block, _ in done} == set(blocks)
-    # With the last house one may help the other.
-    assert len({(block.house, worker) for block, worker in done}) <= 7

@@ -16,7 +16,6 @@ import pytest
 from caregiver_mj import cli
 from caregiver_mj.caregivers.answers import unpacked
 from caregiver_mj.experiments.submission import board, read_submission
-from caregiver_mj.plans.floor_plan import FloorPlan
 
 OWN = """
 from caregiver_mj.caregivers import Caregiver
@@ -28,6 +27,8 @@ class Mine(Caregiver):
         return percept.child_cell[:, 0] % (len(self.plan.hazards) + 1) - 1
 """
 NAMES = ("none", "random", "childproof", "foresight", "floor")
+TWO_ROOMS = "##########\n#B..#...S#\n#........#\n#C..#..BT#\n##########\n"
+HOME = "home-2-10x9-rooms1-stairwells0-candles0-tables2-bins2-gates1-mugs1-batteries1"
 
 
 def run(*arguments):
@@ -43,10 +44,11 @@ def folder(tmp_path_factory):
 def packed(folder):
     """A run of the grid in two houses, with a caregiver of somebody's own that is not there any more."""
     (folder / "mine.py").write_text(OWN)
+    (folder / "two.txt").write_text(TWO_ROOMS)
     sys.path.insert(0, str(folder))
     try:
         names = [*NAMES, "mine:Mine"]
-        houses = ["--houses", "paper", "home-2-10x9-rooms1-stairwells0-candles0-tables2-bins2-gates1-mugs1-batteries1"]
+        houses = ["--houses", folder / "two.txt", HOME]
         out = ["--episodes", 3, "--epsilon", 1, 0.5, "--out", folder / "run"]
         assert not run("evaluate", "--world", "grid", *houses, "--caregiver", *names, *out)
         assert not run("submit", folder / "run", "--out", folder / "a.submission", "--title", "A|B", "--authors", "us")
@@ -62,15 +64,6 @@ def test_every_row_comes_back_with_no_caregiver_present_on_any_number_of_cores(p
     assert not run("verify", packed)
     assert not run("verify", packed, "--jobs", 2)
     assert capsys.readouterr().out.count(f"verified, episodes: {2 * 2 * 3 * 6}") == 2
-
-
-@pytest.mark.slow
-def test_the_house_too(tmp_path, capsys):
-    who = ["--caregiver", "nearest", "--epsilon", 0.25, "--episodes", 1, "--house", "house-25-12x10"]
-    assert not run("evaluate", *who, "--out", tmp_path / "run")
-    assert not run("submit", tmp_path / "run", "--out", tmp_path / "b.submission")
-    assert not run("verify", tmp_path / "b.submission")
-    assert "verified, episodes: 1" in capsys.readouterr().out
 
 
 @pytest.mark.slow
@@ -139,31 +132,6 @@ def test_what_means_something_in_a_table_is_left_out_of_a_page(packed, folder):
     settings = dataclasses.replace(submission.settings, houses="x\n\n<script> | row |")
     page = board([(submission._replace(settings=settings), episodes)])
     assert "## grid, x &lt;script> / row /, 2 houses" in page
-
-
-def test_houses_of_other_sizes_are_another_track(packed, folder):
-    submission, episodes = read_submission(packed), pd.read_parquet(folder / "run" / "episodes.parquet")
-    larger = [FloorPlan.parse(plan.text, plan.name, 2 * plan.cell_size) for plan in submission.settings.plans]
-    other = submission._replace(settings=dataclasses.replace(submission.settings, plans=tuple(larger)))
-    assert board([(submission, episodes), (other, episodes)]).count("\n## grid, ") == 2
-
-
-def test_a_share_of_nothing_is_none(packed, folder):
-    submission, episodes = read_submission(packed), pd.read_parquet(folder / "run" / "episodes.parquet")
-    page = board([(submission, episodes.assign(damage=0.0))])
-    assert "nan" not in page
-    assert "| `mine:Mine` | A/B | us | – |" in page
-
-
-def test_there_is_no_page_without_a_child_that_is_left_alone(tmp_path, capsys):
-    who = ["--caregiver", "random", "--episodes", 1, "--epsilon", 1]
-    assert not run("evaluate", "--world", "grid", *who, "--out", tmp_path / "run")
-    capsys.readouterr()
-    assert not run("submit", tmp_path / "run", "--out", tmp_path / "c.submission")
-    assert "not for a leaderboard: " in capsys.readouterr().err  # said where it can still be mended
-    assert run("leaderboard", tmp_path) == 2
-    assert "must have the caregiver 'none'" in (told := capsys.readouterr().err)
-    assert "verified" not in told  # it is told at once
 
 
 # -- Files that are not as they were written ---------------------------------------------------------
@@ -273,7 +241,7 @@ EDITS = {
     "empty answers": lambda parts: first(parts).update(answers=""),
     "answers that are none": lambda parts: first(parts).update(answers="AAAA"),
     "answers of another": swap,
-    "another hazard": put("decide", (0, 1), 0),
+    "another hazard": put("decide", (slice(None), 1), 0),
     "a hazard that is none": put("decide", (0, 1), 99),
     "another verb": put("decide", (slice(None), 0), 0),
     "a verb that is none": put("decide", (5, 0), 99),
@@ -294,46 +262,6 @@ def test_a_file_that_was_edited_is_not_verified(edit, packed, tmp_path, capsys):
     write(tmp_path / "edited.submission", parts)
     assert run("verify", tmp_path / "edited.submission") == 2
     assert "edited.submission" in capsys.readouterr().err.strip().splitlines()[-1]
-
-
-@pytest.mark.parametrize(
-    ("edit", "words"),
-    [
-        ("a run that is none", "run.json must be"),
-        ("a card that is none", "card.json must be"),
-        ("episodes that are no number", "episodes must be an integer of at least 1, got '3'"),
-        ("episodes without end", "episodes must be at most 10,000,000 in all"),
-        ("more episodes than there are", "files of episodes, too few for"),
-        ("no houses", "houses must be at least 1"),
-        ("episodes added before others", "extended_at must be rising numbers of its episodes, got [2, 1]"),
-        ("answers that are one number", "the answers of a caregiver cannot be read"),
-        ("a column more", "episodes/000001.json must have rows, maps and answers of"),
-        ("episodes more", "it must have nothing but its episodes, got episodes/000099.json"),
-    ],
-)
-def test_what_is_not_as_it_is_written_is_named(edit, words, packed, tmp_path, capsys):
-    parts = parts_of(packed)
-    EDITS[edit](parts)
-    write(tmp_path / "edited.submission", parts)
-    assert run("verify", tmp_path / "edited.submission") == 2
-    assert words in capsys.readouterr().err
-
-
-def test_the_first_difference_is_named(packed, tmp_path, capsys):
-    parts = parts_of(packed)
-    row = first(parts)["rows"][0]
-    damage, row["damage"] = row["damage"], row["damage"] + 1
-    write(tmp_path / "edited.submission", parts)
-    assert run("verify", tmp_path / "edited.submission") == 2
-    said = f"episode 0 of epsilon 1: damage is {damage + 1} in the file, and {damage} comes of its answers"
-    assert said in capsys.readouterr().err
-
-
-def test_all_files_are_read_before_the_first_is_verified(packed, tmp_path, capsys):
-    assert run("verify", packed, tmp_path / "nowhere.submission") == 2
-    told = capsys.readouterr()
-    assert (told.out, "verified" in told.err) == ("", False)
-    assert f"there is no file '{tmp_path / 'nowhere.submission'}'" in told.err
 
 
 @pytest.mark.parametrize("cut", [0, 100, -100])
@@ -369,14 +297,16 @@ def packed_in_another_way(path):
     path.write_bytes(content)
 
 
-@pytest.mark.parametrize("make", [nested, encrypted, packed_in_another_way])
-def test_whatever_a_file_is_one_line_says_so_and_the_others_are_on_the_board(make, packed, tmp_path, capsys):
+def test_whatever_a_file_is_one_line_says_so_and_the_others_are_on_the_board(packed, tmp_path, capsys):
     (tmp_path / "good.submission").write_bytes(packed.read_bytes())
-    make(tmp_path / "bad.submission")
+    bad = {tmp_path / f"{make.__name__}.submission": make for make in (nested, encrypted, packed_in_another_way)}
+    for path, make in bad.items():
+        make(path)
     assert run("leaderboard", tmp_path) == 2
     told = capsys.readouterr()
     assert "| `mine:Mine` |" in told.out
-    assert f"'{tmp_path / 'bad.submission'}' is no submission, or a damaged one: " in told.err
+    for path in bad:
+        assert f"'{path}' is no submission, or a damaged one: " in told.err
 
 
 def test_what_cannot_be_submitted(packed, folder, tmp_path, capsys):
@@ -395,10 +325,3 @@ def test_what_cannot_be_submitted(packed, folder, tmp_path, capsys):
     assert "holds no run" in error
     assert "answered, got nothing" in error
     assert not (tmp_path / "a.submission").exists()
-
-
-def test_a_file_that_exists_is_not_written_over(packed, folder, capsys):
-    before = packed.read_bytes()
-    assert run("submit", folder / "run", "--out", packed) == 2
-    assert f"must be a new one, got '{packed}', which exists" in capsys.readouterr().err
-    assert packed.read_bytes() == before

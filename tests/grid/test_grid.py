@@ -383,7 +383,7 @@ def test_the_novice_draws_the_same_with_and_without_a_caregiver(paper):
 # -- Invariants ----------------------------------------------------------------------------------
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(
     plan_texts(largest=12),
     st.sampled_from(sorted(CHILDREN)),

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from caregiver_mj.house.fittings import OPAQUE
-from caregiver_mj.house.furniture import PIECES, furnish
+from caregiver_mj.house.furniture import PIECES
 from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.layout import Layout
@@ -62,38 +62,3 @@ def test_nobody_walks_into_furniture(house):
                 half = np.array([far / 2, CHILD])[:: 1 if right else -1]
                 met = inside(boxes, (*middle, *half)) & stands
                 assert not met.any(), [names[i] for i in np.flatnonzero(met)]
-
-
-def test_furniture_in_the_walls_leaves_what_collides_and_what_is_drawn_of_the_rest_as_it_is():
-    plan = FloorPlan.load("paper")
-    layout = Layout(plan)
-    recesses = furnish(layout).recesses
-    assert recesses
-
-    def area(rectangles):
-        return 4 * (rectangles[:, 2] * rectangles[:, 3]).sum()
-
-    carved = area(layout.walls) - area(layout.walls_without(recesses))
-    assert carved == pytest.approx(len(recesses) * plan.cell_size * layout.wall_thickness)
-    np.testing.assert_array_equal(layout.walls_without(()), layout.walls)
-
-
-def test_rooms_are_what_their_furniture_says():
-    kinds = set()
-    for number in range(12):
-        layout = Layout(FloorPlan.load(f"house-{number}"))
-        furnishing = furnish(layout)
-        assert [str(part) for part in furnishing] == [str(part) for part in furnish(layout)]  # always the same
-        kinds.update(furnishing.kinds)
-        where = {"bed": "bedroom", "bath": "bathroom", "counter": "kitchen", "sofa": "living"}
-        for name, stretch in furnishing.pieces:
-            assert len(stretch.cells) == PIECES[name].cells
-            assert furnishing.kinds[stretch.room] == where.get(name, furnishing.kinds[stretch.room])
-            down, right = stretch.outwards
-            for row, column in stretch.cells:  # from the room they go out of the house
-                assert layout.rooms[stretch.room][row - down, column - right]
-                assert not layout.plan.is_wall((row + down, column + right))
-                assert (row + down, column + right) not in layout.plan.cell_index
-        cells = [cell for _, stretch in furnishing.pieces for cell in stretch.cells]
-        assert len(cells) == len(set(cells))
-    assert kinds >= {"living", "kitchen", "bedroom", "bathroom"}

@@ -2,7 +2,6 @@
 
 import math
 
-import mujoco
 import numpy as np
 import pytest
 
@@ -78,32 +77,6 @@ def test_bodies_that_move_and_can_collide_have_only_geoms_that_can(robot, everyt
     names = [model.geom(int(i)).name for i in np.flatnonzero(colliding & ~can)]
     assert not names
     assert can[colliding].sum() > 15
-
-
-def test_a_house_with_many_candles_has_sparse_jacobians_and_moves_as_with_dense_ones():
-    plan = FloorPlan.load("house-0-30x30-stairwells4-candles30-tables20-bins6")
-    large, dense = (Physics.from_plan(plan, False, visuals=False) for _ in range(2))
-    assert large.model.opt.jacobian == mujoco.mjtJacobian.mjJAC_SPARSE != house().model.opt.jacobian
-    dense.model.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-    for physics in (large, dense):
-        for i, table in enumerate(plan.candle_tables):  # let fall, and tilted
-            physics.set_candle(i, np.array([*plan.position(plan.tables[table]), 0.65]), 0.0)
-        physics.data.qvel[:] = 0.1
-        physics.step(200)  # a second
-    np.testing.assert_allclose(large.data.qpos, dense.data.qpos, atol=1e-4)
-
-
-def test_candles_and_robot_are_read_where_they_were_put():
-    physics = house(robot=True)
-    physics.set_candle(0, np.array([0.3, 0.2, 0.1]), math.pi / 2)
-    np.testing.assert_allclose(physics.candle_poses()[0], [0.3, 0.2, 0.1, math.sqrt(0.5), 0, 0, math.sqrt(0.5)])
-    assert physics.candle_upright() == pytest.approx([1.0])
-    physics.data.qpos[physics.model.ptr.joint("candle_0/joint").qposadr[0] + 3 :][:4] = [0.5, 0.5, 0.5, 0.5]
-    assert physics.candle_upright() == pytest.approx([0.0])  # it points along an axis of the floor
-    physics.set_robot(np.array([0.5, -0.5, 1.0]), np.arange(7) / 10)
-    np.testing.assert_allclose(physics.base_position(), [0.5, -0.5, 1.0])
-    np.testing.assert_allclose(physics.arm_position(), np.arange(7) / 10)
-    assert not physics.is_gripping()
 
 
 # -- Actions -----------------------------------------------------------------------------------------

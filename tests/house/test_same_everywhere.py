@@ -48,7 +48,7 @@ def test_a_house_is_the_same_whatever_the_processor(caregiver):
 @pytest.mark.slow
 def test_a_house_is_the_same_by_every_python():
     """Compare with the other environments that `scripts/_setup.sh` has made here, as CI does with the newest."""
-    pythons = {sys.executable, *map(str, ROOT.glob(".venv*/bin/python"))}
+    pythons = {sys.executable, *map(str, (stamp.parent / "bin" / "python" for stamp in ROOT.glob(".venv*/installed")))}
     if len(pythons) == 1:
         pytest.skip("there is one Python here")
     commands = [[python, "-c", EPISODE, "expected-danger"] for python in pythons]

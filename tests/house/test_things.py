@@ -1,28 +1,22 @@
 """Small things on the floor: who takes them, how the robot picks them up by contact, and that its tray holds them."""
 
-import dataclasses
-
 import mujoco
 import numpy as np
 import pytest
 from scripted_child import EAST, WEST, Scripted
 
 import caregiver_mj
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.physics import Physics
-from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, State
 from caregiver_mj.policy.pace import picking_up_time
 from caregiver_mj.robot import geometry
-from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.reach import UP
 from caregiver_mj.robot.skills import PickUp
 from caregiver_mj.robot.status import Status
 
 ROOM = FloorPlan.parse("########\n#B....S#\n#.o....#\n#......#\n#..T...#\n########", "room")
-PAIR = FloorPlan.parse("########\n#B....S#\n#.oo...#\n#......#\n#..T...#\n########", "pair")
 HALL = FloorPlan.parse(
     "\n".join(["#" * 17, "#B" + "." * 13 + "S#", *["#" + "." * 15 + "#"] * 13, "#oooooo" + "." * 9 + "#", "#" * 17])
 )
@@ -119,25 +113,6 @@ def test_a_robot_picks_it_up_by_contact_into_its_tray(robot):
     assert env.task.outcome()["damage"] == env.task.strikes == 0
 
 
-def test_a_robot_that_keeps_away_from_children_may_see_none_of_them():
-    _, policy, step = picking("mobile_fr3")
-    policy(step)
-    skill, (view, *_) = skill_of(policy), policy._seen
-    skill._step_aside(dataclasses.replace(view, children=()), policy.robot)
-    assert skill._aside.cell is not None
-
-
-@pytest.mark.parametrize("robot", ROBOTS)
-def test_things_come_to_lie_side_by_side_in_the_tray(robot):
-    env, policy, step = picking(robot, room=PAIR)
-    while not in_tray(env.physics).all() or skill_of(policy):
-        assert env.physics.time() < 90.0
-        step = env.step(policy(step))
-    one, other = env.physics.thing_positions()
-    assert np.linalg.norm(one - other) > 2 * layout.THING_RADIUS
-    assert one[2] == pytest.approx(other[2], abs=1e-3)
-
-
 def test_what_slips_out_of_the_fingers_is_tried_three_times():
     env, policy, step = picking("mobile_fr3", friction=0.0)
     skill = None
@@ -148,15 +123,6 @@ def test_what_slips_out_of_the_fingers_is_tried_three_times():
     assert skill.tries == 3
     assert skill.status.failed
     assert env.task.children.state[-1] == State.AS_PLANNED
-
-
-def test_what_is_seen_late_and_with_errors_is_picked_up_at_once_all_the_same():
-    sensing = {"candle": {"noise": 0.005, "bias": 0.0025}, "delay": 0.03}
-    env, policy, step = picking("mobile_fr3", sensing=sensing)
-    while not in_tray(env.physics).any():
-        step = env.step(policy(step))
-        assert env.physics.time() < 30.0
-    assert skill_of(policy).tries == 1
 
 
 def lifted(robot):
@@ -174,7 +140,7 @@ def stand(env, angle):
     env.task.children[0].put_at(x + away * np.cos(yaw), y + away * np.sin(yaw))
 
 
-@pytest.mark.parametrize(("robot", "angle"), [("mobile_fr3", 90), ("mobile_fr3", 180), ("mobile_ur5e", -90)])
+@pytest.mark.parametrize(("robot", "angle"), [("mobile_fr3", 180), ("mobile_ur5e", -90)])
 def test_the_hand_goes_to_the_tray_past_a_child_that_stands_at_the_base(robot, angle):
     env, policy, step = lifted(robot)
     stand(env, angle)
@@ -185,9 +151,8 @@ def test_the_hand_goes_to_the_tray_past_a_child_that_stands_at_the_base(robot, a
     assert env.task.strikes == env.task.contacts.strikes_surface == 0
 
 
-@pytest.mark.parametrize(("robot", "ahead", "aside"), [("mobile_fr3", 0.37, 0.7), ("mobile_ur5e", 0.37, -0.9)])
-def test_the_hand_waits_for_a_child_that_walks_past_the_base_towards_it(robot, ahead, aside):
-    env, policy, step = lifted(robot)
+def test_the_hand_waits_for_a_child_that_walks_past_the_base_towards_it():
+    (ahead, aside), (env, policy, step) = (0.37, 0.7), lifted("mobile_fr3")
     x, y, yaw = env.physics.base_position()
     child, turn = env.task.children[0], np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
     child.put_at(*(np.array([x, y]) + turn @ (ahead, aside)))
@@ -218,24 +183,6 @@ def test_the_base_turns_the_tray_away_from_a_child_that_stays_before_it():
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
-def test_the_base_may_turn_away_from_a_child_for_long_and_keeps_it_in_the_fingers(robot):
-    env, policy, step = lifted(robot)
-    x, y, yaw = env.physics.base_position()
-    since, turned = env.physics.time(), 0.0
-    while env.physics.time() < since + 20.0:  # the child is before it all the time, and not near
-        env.task.children[0].put_at(x + 0.85 * np.cos(yaw), y + 0.85 * np.sin(yaw))
-        step = env.step(policy(step))
-        before, (x, y, yaw) = yaw, env.physics.base_position()
-        turned += abs(yaw - before)
-        assert env.physics.thing_positions()[0, 2] > 0.7
-    assert turned > 2.0
-    env.task.children[0].put((1, 5))
-    while not in_tray(env.physics).any():
-        step = env.step(policy(step))
-        assert env.physics.time() < since + 40.0
-
-
-@pytest.mark.parametrize("robot", ROBOTS)
 def test_the_tray_holds_six_whatever_the_base_does(robot):
     physics = Physics.from_plan(HALL, robot, visuals=False)
     embodiment, random = physics.embodiment, np.random.default_rng(0)
@@ -254,12 +201,3 @@ def test_the_tray_holds_six_whatever_the_base_does(robot):
         physics.step(60)
     assert np.abs(physics.base_velocity()).max() > 0.5
     assert in_tray(physics).all()
-
-
-def test_the_tray_is_there_only_where_it_is_needed():
-    bare = FloorPlan.parse(ROOM.text.replace("o", "."))
-    tray = [plan for plan in (ROOM, bare) if any("/tray/" in geom.name for geom in build_house(plan).geoms)]
-    assert tray == [ROOM]
-    without = dataclasses.replace(find_embodiment(), tray=None)
-    with pytest.raises(CaregiverError, match="a robot must have a tray where things lie on the floor"):
-        build_house(ROOM, without)

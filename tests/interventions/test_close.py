@@ -1,7 +1,5 @@
 """Closing gates, in both worlds: where they can be got at, what is left of the stairs, and how the robot does it."""
 
-import math
-
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, assume, given, settings
@@ -10,7 +8,6 @@ from random_plans import plan_texts
 
 import caregiver_mj
 from caregiver_mj.caregivers import Caregiver
-from caregiver_mj.caregivers.foresight.value_table import OBJECTIVE, Objective, value_tables
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.errors import CaregiverError, FloorPlanError
@@ -75,31 +72,6 @@ def test_caregivers_shut_them_for_good(name):
     assert (world.state[:, 1:3] == State.SHUT).mean() > 0.9
     assert (world.state[:, [0, 3]] == State.AS_PLANNED).all()
     assert world.ledger.totals()["damage_gate"].sum() < 0.2 * ran("none").ledger.totals()["damage_gate"].sum()
-
-
-def test_it_takes_an_action_in_the_cell_before_it():
-    class Closer(Caregiver):
-        def choose(self, percept):
-            return np.full(len(percept.child_cell), 1)
-
-    world = GridWorld(HOUSE, "1", Closer(HOUSE))
-    world.reset(streams(40))
-    while (world.state[:, 1] == State.AS_PLANNED).any():
-        before, stood = world.state[:, 1].copy(), world.caregiver_cell.copy()
-        world.act_caregiver(world.caregiver)
-        shut = world.state[:, 1] != before
-        assert (stood[shut] == HOUSE.cell_index[HOUSE.posts[1]]).all()
-        world.move_children()
-
-
-def test_foresight_closes_them_where_that_is_worth_it_and_leaves_less_than_the_rule():
-    assert ran("foresight").ledger.damage.sum() < 0.8 * ran("expected-danger").ledger.damage.sum()
-    for objective, more in ((Objective(tolerance=0.0), 0.2), (OBJECTIVE, 0.25)):
-        values = value_tables(HOUSE, objective=objective)
-        assert set(values) == {frozenset(shut) for shut in ((), (1,), (2,), (1, 2))}
-        for shut in ((1,), (2,)):  # nothing is worse for a gate that is shut, but for what value iteration leaves open
-            assert (values[frozenset((1, 2))].value <= values[frozenset(shut)].value + more).all()
-            assert (values[frozenset(shut)].value <= values[frozenset()].value + more).all()
 
 
 @pytest.mark.parametrize(
@@ -169,32 +141,6 @@ def closing_with_a_child():
     child.behaviour.act = lambda sight, draws: np.array([NOTHING])
     child.put((3, 4))
     return env, policy, step, child
-
-
-@pytest.mark.parametrize("cell", [(2, 1), (2, 3), (3, 2)])
-def test_a_child_that_stands_beside_the_robot_does_not_keep_it_from_closing(cell):
-    env, policy, step, child = closing_with_a_child()
-    while not policy.executive.done and env.physics.time() < 30.0:
-        step = env.step(policy(step))
-        goal = policy.executive.routine.skill.driver.goal if policy.executive.routine else None
-        if goal and math.dist(policy.robot.base_reference()[0], goal) < 0.1:
-            child.put(cell)
-            child.put_at(*BESIDE.position(cell).tolist())
-    assert all(env.physics.gates_latched())
-    assert env.task.strikes == 0
-
-
-def test_a_base_that_is_pushed_off_closes_it_nevertheless():
-    env, policy, step, _ = closing_with_a_child()
-    base = env.physics.model.body("robot/base").id
-    places = []
-    while not policy.executive.done and env.physics.time() < 15.0:
-        step = env.step(policy(step))
-        if policy.robot.reached > 2.0:
-            env.physics.data.ptr.xfrc_applied[base, 1] = 640.0  # its drive has 600 N
-            places.append(env.physics.base_position()[1].item())
-    assert max(places) - places[0] > 0.05
-    assert all(env.physics.gates_latched())
 
 
 def test_a_child_that_stays_at_the_gate_makes_the_hand_come_back():

@@ -4,15 +4,11 @@ The verb `shut` has the caregiver go to a stairwell and shut its gate, for good.
 called, acts on and leaves, where one stands for it in the grid, and what the robot does.
 """
 
-import math
-
 import numpy as np
 import pytest
-from scripted_child import EAST, Scripted
 
 import caregiver_mj
 from caregiver_mj.caregivers import Caregiver
-from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.verbs import GRID_VERBS, InOpening
@@ -72,17 +68,6 @@ def test_the_grid_shuts_it_for_good():
 
 
 @pytest.mark.usefixtures("_registered")
-@pytest.mark.parametrize("name", ["nearest", "paper", "foresight", "wanderer"])
-def test_other_caregivers_leave_what_is_shut_alone(name):
-    world = GridWorld(HOUSE, "1", make_caregiver(name, HOUSE, 0))
-    world.reset(streams(10, 40))
-    world.state[:, 0] = State.SHUT
-    for _ in range(40):
-        world.step()
-        assert (world.orders.hazard != 0).all()
-
-
-@pytest.mark.usefixtures("_registered")
 def test_the_robot_shuts_it_and_no_child_falls_there_any_more():
     env = caregiver_mj.load("supervise", HOUSE, 0.5, random=0, visuals=False)
     policy = caregiver_mj.CaregiverPolicy(env, Gatekeeper(HOUSE))
@@ -101,20 +86,6 @@ def test_the_robot_shuts_it_and_no_child_falls_there_any_more():
     assert env.task.children.state.tolist() == [State.AS_PLANNED] * 3
 
 
-@pytest.mark.parametrize(("state", "damage"), [(State.AS_PLANNED, 5), (State.SHUT, 0)])
-def test_in_the_house_a_child_bumps_into_what_is_shut(state, damage):
-    plan = FloorPlan.parse("#######\n#B...S#\n#######", "corridor")
-    env = caregiver_mj.load("supervise", plan, random=0, task_kwargs={"robot": False}, visuals=False)
-    env.reset()
-    env.task.children.state[0] = state
-    env.task.children[0].behaviour = Scripted(plan, EAST)
-    env.task.children[0].put((1, 4))
-    for _ in range(84):
-        env.step(np.zeros(0))
-    assert env.task.outcome()["damage_stairwell"] == damage
-    assert math.dist(env.task.children[0].position, plan.position((1, 4))) < 0.05
-
-
 def test_without_its_registration_it_is_refused_by_name():
     with pytest.raises(CaregiverError, match="no verb 'shut'"):
         GridWorld(HOUSE, "0.5", Gatekeeper(HOUSE)).run(streams(1, 2))
@@ -130,13 +101,3 @@ def test_a_verb_with_one_half_is_refused_where_it_has_none(monkeypatch):
     policy = caregiver_mj.CaregiverPolicy(env, Gatekeeper(HOUSE))
     with pytest.raises(CaregiverError, match=r"'shut' must have its half in policy.routines.ROUTINES"):
         policy(env.reset())
-
-
-@pytest.mark.usefixtures("_registered")
-def test_it_is_for_stairwells():
-    class Confused(Gatekeeper):
-        def decide(self, percept):
-            return Interventions.of([Intervention("shut", 2)])
-
-    with pytest.raises(CaregiverError, match=r"'shut' must be for a stairwell or gate, \[0, 1\], got hazard 2"):
-        GridWorld(HOUSE, "0.5", Confused(HOUSE)).run(streams(1, 2))

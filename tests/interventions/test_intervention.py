@@ -48,12 +48,6 @@ def test_every_verb_says_what_it_is_called_and_drawn_as(name):
     assert verb.mark(PLAN, intervention) == marks.get(name)
 
 
-def test_names_of_what_is_done():
-    assert verb_of(BLOCK).describe(PLAN, Intervention(BLOCK, 0)) == "block stairwell 1"
-    assert verb_of(RELOCATE).describe(PLAN, Intervention(RELOCATE, 1)) == "fetch candle 1"
-    assert verb_of(PICK_UP).describe(PLAN, Intervention(PICK_UP, 2)) == "pick up battery 1"
-
-
 def test_an_unknown_verb_is_refused_by_name():
     with pytest.raises(
         CaregiverError, match="no verb 'tickle': there are block, close, relocate, pick up, look, stand aside, nothing"

@@ -1,5 +1,7 @@
 """What lies on the floor: a child takes it once, a caregiver picks it up, and what foresight makes of that."""
 
+import functools
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -8,19 +10,13 @@ from random_plans import plans_with_things
 from test_close import streams
 
 from caregiver_mj.caregivers import Caregiver
-from caregiver_mj.caregivers.foresight import value_table
 from caregiver_mj.caregivers.foresight.value_table import Objective, ValueTable
-from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.registry import make_caregiver
-from caregiver_mj.caregivers.target_observation import Encoder, Slots
 from caregiver_mj.children.random_stream import RandomStream
-from caregiver_mj.errors import CaregiverError, FloorPlanError
+from caregiver_mj.errors import FloorPlanError
 from caregiver_mj.grid.world import BareTablesWorld, GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import State
-from caregiver_mj.viz.hud.display import draw_plan
-from caregiver_mj.viz.moment import grid_state
-from studies.bounds.clairvoyant import ClairvoyantCaregiver
 
 HOUSE = FloorPlan.parse("###########\n#G..o....B#\n#.........#\n#C...o...S#\n#...T...o.#\n###########", "things")
 CORRIDOR = FloorPlan.parse("##########\n#B..o....#\n##########", "corridor")
@@ -35,6 +31,7 @@ SMALL = [
 EAST, WEST = 1, 3
 
 
+@functools.cache
 def ran(name, plan=HOUSE, epsilon="0.75", episodes=30):
     world = GridWorld(plan, epsilon, None if name == "none" else make_caregiver(name, plan, 0))
     world.run(streams(episodes))
@@ -66,11 +63,6 @@ def test_its_cell_is_free_and_it_comes_last_among_hazards():
 def test_a_plan_is_refused_where_there_is_no_other_cell_or_no_way(text, words):
     with pytest.raises(FloorPlanError, match=words):
         FloorPlan.parse(text)
-
-
-def test_whoever_knows_the_future_does_not_take_it_yet():
-    with pytest.raises(CaregiverError, match=r"'things' must have no gate, .* for 'clairvoyant', got battery 1"):
-        ClairvoyantCaregiver(HOUSE)
 
 
 # -- The grid ------------------------------------------------------------------------------------
@@ -123,15 +115,6 @@ def test_caregivers_pick_up_for_good(name):
     assert (totals["interventions_done"] <= totals["interventions"]).all()
 
 
-def test_childproof_closes_gates_and_picks_up_all_there_is():
-    world = GridWorld(HOUSE, "0.05", make_caregiver("childproof", HOUSE))
-    world.reset(streams(20))
-    for _ in range(60):
-        world.step()
-    assert gone(world).all()
-    assert (world.state[:, 1] == State.SHUT).all()
-
-
 @settings(max_examples=10, deadline=None)
 @given(plans_with_things(largest=9), st.sampled_from(["none", "nearest", "foresight", "childproof", "wanderer"]))
 def test_in_any_plan_each_is_taken_once_and_none_comes_back(plan_text, name):
@@ -153,14 +136,6 @@ def test_in_any_plan_each_is_taken_once_and_none_comes_back(plan_text, name):
 
 
 # -- Foresight -----------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("plan", SMALL)
-def test_what_has_settled_is_not_swept_again_and_what_has_not_is(plan, monkeypatch):
-    found = ValueTable(plan)
-    monkeypatch.setattr(value_table, "_STILL", -1.0)  # nothing counts as settled
-    for going, whole in zip(found.going, ValueTable(plan).going, strict=True):
-        assert np.abs(going - whole).max() < 0.005
 
 
 def test_what_comes_of_going_there_by_hand():
@@ -185,42 +160,10 @@ def test_what_comes_of_going_there_by_hand():
 
 def test_it_leaves_less_than_the_rule():
     sums = {
-        name: sum(ran(name, plan, "0.5", 60).ledger.damage.sum() for plan in SMALL)
+        name: sum(ran(name, plan, "0.5", 30).ledger.damage.sum() for plan in SMALL)
         for name in ("none", "expected-danger", "foresight")
     }
     assert sums["foresight"] < 0.9 * sums["expected-danger"] < 0.5 * sums["none"]
 
 
 # -- Whoever looks on, and learners --------------------------------------------------------------
-
-
-def test_it_is_drawn_until_it_is_gone():
-    world = GridWorld(HOUSE, "1", None)
-    world.reset(streams(1))
-    colour = HOUSE.hazards[5].kind.colour
-
-    def drawn():
-        return (draw_plan(grid_state(world, "1"), 400, 300).reshape(-1, 3) == colour).all(axis=1).sum()
-
-    all_three = drawn()
-    world.state[0, 3] = State.GONE
-    assert 0 < drawn() < all_three
-    world.state[0, 3:] = State.GONE
-    assert drawn() == 0
-
-
-def test_targets_have_places_for_it():
-    with pytest.raises(CaregiverError, match=r"slots must be at least \(2, 1, 3\) for house 'things', got \(4, 6\)"):
-        Slots(HOUSE, (4, 6))
-    caregiver = CommandedCaregiver(HOUSE)
-    world = GridWorld(HOUSE, "1", caregiver)
-    world.reset(streams(1))
-    encoder = Encoder(caregiver, 1, slots=(3, 2, 4))
-    world.state[0, 4] = State.GONE
-    percept = world.percept()
-    mask = encoder.mask(percept)
-    assert mask.tolist() == [[1, 1, 1, 0, mask[0, 4], 0, 1, 0, 1, 0]]
-    nearness = encoder.look(percept)[0]["hazard_nearness_to_child"][0, 0]
-    assert nearness[5] > 0
-    assert nearness[6] == 0
-    assert encoder.slots.targets([8], 1).tolist() == [5]

@@ -48,16 +48,3 @@ def test_a_valid_house_that_the_robot_cannot_work_in_is_warned_of(narrow, capsys
     assert out.startswith("OK: narrow")
     assert "warning: the robot has no room" in err
     assert (cli.main(["house", "check", "hall-3"]), capsys.readouterr().err) == (0, "")
-
-
-def test_so_is_one_with_a_single_cell_for_a_child_and_a_robot(tmp_path, capsys):
-    (tmp_path / "cupboard.txt").write_text("####\n#.B#\n####\n")
-    assert cli.main(["house", "check", str(tmp_path / "cupboard.txt")]) == 0
-    assert "warning: for the grid only" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(("world", "caregiver", "warnings"), [("house", "guard", 1), ("grid", "guard", 0)])
-def test_so_is_a_run_of_the_robot_in_it_once(narrow, capsys, world, caregiver, warnings):
-    options = ["--house", narrow, "--world", world, "--caregiver", caregiver, "--epsilon", "1", "--episodes", "1"]
-    assert cli.main(["evaluate", *options, "--jobs", "1"]) == 0
-    assert capsys.readouterr().err.count("the robot has no room to get to all that it needs in narrow") == warnings

@@ -47,7 +47,7 @@ class Secretive(Supervise):
         raise AssertionError("asked")
 
 
-@pytest.mark.parametrize(("name", "may_hear"), [("paper", False), ("foresight", False), ("knows-goal", True)])
+@pytest.mark.parametrize(("name", "may_hear"), [("paper", False), ("knows-goal", True)])
 def test_nobody_else_can_hear_it(name, may_hear, monkeypatch):
     monkeypatch.setitem(caregiver_mj.tasks.TASKS, "supervise", TaskSpec("supervise", Secretive))
     env = caregiver_mj.load("supervise", HOUSE, 0.5, random=3)

@@ -121,28 +121,6 @@ def test_missed_grasp_is_noticed_and_tried_again(scene, monkeypatch):
     assert_relocated(scene)
 
 
-def test_grasp_that_fails_again_and_again_is_given_up(scene, monkeypatch):
-    def act() -> np.ndarray:
-        action = scene.policy(scene.timestep)
-        action[10] = max(action[10], 0.030)  # the fingers do not close
-        return action
-
-    monkeypatch.setattr(scene, "act", act)
-    # It cannot tell by its open fingers that it has nothing: what it lacks is a candle that comes along.
-    assert scene.run(3000, until=lambda: scene.policy.activity == "keep out of the way")
-    assert scene.task.is_standing(scene.physics, 0)
-    assert scene.policy.executive.done == 0
-
-
-def test_a_candle_that_is_moved_a_little_as_the_hand_comes_down_is_picked(scene):
-    """By so little that the hand may stay down, and by so much that the base must drive on: it cannot meanwhile."""
-    assert scene.run(2000, until=lambda: scene.policy.robot.reached > 0.9)
-    yaw, (x, y, z) = scene.physics.base_position()[2], scene.candle()
-    scene.put_candle(x + 0.0095 * np.cos(yaw), y + 0.0095 * np.sin(yaw), z, 0.0, 0.0)
-    assert scene.until_done(30.0)
-    assert_relocated(scene)
-
-
 def test_a_candle_that_is_seen_late_is_not_taken_to_have_stayed_behind():
     scene = Scene(sensing={"delay": 0.3})
     opened = []
@@ -199,55 +177,6 @@ def test_candle_that_is_knocked_over_while_the_robot_comes_is_picked_up(scene, d
     assert scene.task.outcome()["candles_dropped"] == 1
 
 
-def test_candle_that_is_torn_from_the_hand_is_picked_up(scene):
-    holds = lambda: scene.physics.is_gripping() and scene.candle()[2] > TABLE_TOP + 0.18  # noqa: E731
-    assert scene.run(1000, until=holds)
-    body = scene.physics.model.ptr.body("candle_0/candle").id
-    scene.physics.data.ptr.xfrc_applied[body, :3] = [0.0, 0.0, -150.0]
-    assert scene.run(100, until=lambda: scene.candle()[2] < TABLE_TOP)
-    scene.physics.data.ptr.xfrc_applied[body] = 0.0
-    assert scene.until_done()
-    assert_relocated(scene)
-
-
-def test_robot_drives_round_a_candle_that_has_fallen_in_its_way():
-    plan = FloorPlan.parse("###########\n#.........#\n#S........#\n#....C...B#\n#.....T...#\n###########", "round")
-    caregiver = Switching(plan)
-    caregiver.target = 0
-    env, policy, timestep = supervise(plan, (4, 9), caregiver)
-    env.physics.set_robot(np.array([*plan.position((2, 8)), 0.0]), env.physics.arm_position())
-    lies = np.array([*plan.position((2, 4)), CANDLE_RADIUS])
-    quarter = np.sqrt(0.5)
-    env.physics.data.qpos[env.physics.model.ptr.joint("candle_0/joint").qposadr[0] :][:7] = [
-        *lies,
-        quarter,
-        0,
-        quarter,
-        0,
-    ]
-    timestep = timestep._replace(observation=env.task.get_observation(env.physics))
-    while not policy.executive.done:
-        timestep = env.step(policy(timestep))
-        assert not timestep.last()
-    assert np.hypot(*(env.physics.base_position()[:2] - plan.position((2, 1)))) < 0.03
-    np.testing.assert_allclose(env.physics.candle_poses()[0, :3], lies, atol=0.01)
-
-
-def test_hand_comes_back_when_the_child_comes_near(scene):
-    scene.put_candle(*OPEN_FLOOR, FLOOR + CANDLE_RADIUS, np.pi / 2, 0.0)
-    tucked = scene.physics.arm_position()
-    assert scene.run(1000, until=lambda: np.abs(scene.physics.arm_position() - tucked).max() > 0.5)
-    scene.task.children[0].put_at(OPEN_FLOOR[0] + 0.55, OPEN_FLOOR[1])
-    scene.run(100)
-    np.testing.assert_allclose(scene.physics.arm_position(), tucked, atol=1e-3)
-    scene.run(100)  # and waits
-    np.testing.assert_allclose(scene.physics.arm_position(), tucked, atol=1e-3)
-    assert scene.candle()[2] < 0.05
-    scene.put_child(scene.task.plan.free_cells[-1])
-    assert scene.until_done()
-    assert_relocated(scene)
-
-
 # -- Changes of plan ---------------------------------------------------------------------------------
 
 
@@ -264,21 +193,6 @@ def test_candle_is_put_beside_what_stands_on_its_place():
     assert scene.candle(other)[:2] == pytest.approx(place, abs=1e-3)  # not even touched
     assert 0.1 < np.hypot(*(scene.candle(goal)[:2] - place)) < 0.27
     assert not scene.touched
-
-
-class Switching(Caregiver):
-    """Protects one stairwell, and from some novice timestep on another one."""
-
-    def choose(self, percept: Percept) -> np.ndarray:
-        return np.array([self.target])
-
-
-def supervise(plan: FloorPlan, child: tuple[int, int], caregiver: Caregiver):
-    env = caregiver_mj.load("supervise", plan, Scripted(plan, STAY), random=0)
-    policy = caregiver_mj.CaregiverPolicy(env, caregiver)
-    timestep = env.reset()
-    env.task.children[0].put(child)
-    return env, policy, timestep
 
 
 # -- A candle in the hand when something else calls -----------------------------------------------------
@@ -339,3 +253,16 @@ def test_candle_in_the_hand_is_put_on_a_nearer_table_if_that_saves_the_child():
     assert np.hypot(*(env.physics.base_position()[:2] - landing)) < 0.03
     outcome = task.outcome()  # ... and was not hurt
     assert outcome["damage_stairwell"] == outcome["strikes"] == outcome["candles_dropped"] == 0
+
+
+def test_grasp_that_fails_again_and_again_is_given_up(scene, monkeypatch):
+    def act() -> np.ndarray:
+        action = scene.policy(scene.timestep)
+        action[10] = max(action[10], 0.030)  # the fingers do not close
+        return action
+
+    monkeypatch.setattr(scene, "act", act)
+    # It cannot tell by its open fingers that it has nothing: what it lacks is a candle that comes along.
+    assert scene.run(3000, until=lambda: scene.policy.activity == "keep out of the way")
+    assert scene.task.is_standing(scene.physics, 0)
+    assert scene.policy.executive.done == 0

@@ -25,8 +25,6 @@ CORRIDOR = FloorPlan.parse("############\n#..######..#\n#.........B#\n#B.######.
 DOORWAY = FloorPlan.parse("#########\n#B..#...#\n#.......#\n#...#..B#\n#########", "doorway")
 # The way from the east to the stairwell in the west is a corridor; there is another stairwell in the east.
 ONE_WAY = FloorPlan.parse("###########\n####B######\n#S.......S#\n###########", "one_way")
-# Two ways lead there, the northern one being the shorter.
-TWO_WAYS = FloorPlan.parse("##########\n#........#\n#S.##B#..#\n#........#\n##########", "two_ways")
 # The candle's table stands at the end of a corridor, bare ones at the other end and between.
 TABLES = FloorPlan.parse("##########\n#T......C#\n#####T#B##\n##########", "tables")
 
@@ -169,14 +167,6 @@ def test_robot_waits_where_the_child_keeps_the_only_way_closed_then_protects_som
     assert scene.env.task.outcome()["strikes"] == 0
 
 
-def test_robot_takes_the_other_of_two_ways_without_waiting():
-    scene = Scene(TWO_WAYS, Determined(TWO_WAYS, 0), (1, 4), (1, 7))
-    scene.child.move = STAY
-    # 9 cells at 1.39 m/s take 4.9 s. It sees the child on its way, stops, comes back to where it was, and goes round.
-    assert scene.run(10.5, lambda: scene.is_at((2, 1)))
-    assert (scene.policy.executive.begun, scene.env.task.outcome()["strikes"]) == (1, 0)
-
-
 def test_a_candle_in_the_hand_goes_to_another_table():
     far, other = 0, 1  # the latter being that on which it stood
     scene = Scene(TABLES, Determined(TABLES, 0, table=far), (1, 3), (1, 6))
@@ -223,39 +213,6 @@ def test_every_skill_ends_whatever_a_child_does(child, candle):
 
 
 # -- Keeping still -----------------------------------------------------------------------------------
-
-
-def far_from_start(scene: Scene) -> float:
-    """Metres that the base has been from where it stood at first, at most."""
-    return max(math.dist(pose[:2], scene.base[0][:2]) for pose in scene.base)
-
-
-@pytest.mark.parametrize(("yields", "moves"), [(False, False), (True, True)])
-def test_an_idle_robot_that_does_not_yield_stands_still_beside_a_child(yields, moves):
-    """The child wants to its other bin, through the doorway in which the robot stands."""
-    idle = Determined(DOORWAY)
-    idle.yields = yields
-    scene = Scene(DOORWAY, idle, (2, 2), (2, 4), seed=1)
-    scene.run(20.0)
-    outcome = scene.env.task.outcome()
-    assert (far_from_start(scene) > 0.5) == moves
-    assert moves or far_from_start(scene) < 0.02  # pushed at most
-    assert (outcome["moves_blocked"] > 5) == (not moves)
-    assert outcome["strikes"] == 0
-
-
-@pytest.mark.parametrize(("yields", "moves"), [(False, False), (True, True)])
-def test_a_robot_that_does_not_yield_waits_where_it_stands_until_the_child_leaves_a_way(yields, moves):
-    caregiver = Determined(ONE_WAY, 0)
-    caregiver.yields = yields
-    scene = Scene(ONE_WAY, caregiver, (2, 4), (2, 7 if yields else 6))
-    scene.child.move = STAY
-    scene.run(6.0)
-    assert (far_from_start(scene) > 0.5) == moves
-    assert moves or far_from_start(scene) < 0.02
-    scene.env.task.children[0].put((2, 8))  # behind the robot
-    assert scene.run(6.0, lambda: scene.is_at((2, 1)))
-    assert scene.policy.executive.begun == 1
 
 
 # -- Waiting -----------------------------------------------------------------------------------------

@@ -1,12 +1,7 @@
 """The ledger, with episodes worked by hand."""
 
-import ast
-import pathlib
-
 import numpy as np
-import pytest
 
-import caregiver_mj
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import KINDS
 from caregiver_mj.recording.ledger import BLOCKED, MET, SPENT, Ledger
@@ -163,36 +158,3 @@ def test_how_a_move_met_the_caregiver_is_added_up():
         one.book(np.array([[2, 4]]), np.array([[2, 4]]), harm, nothing, denied, np.array([met]))
     totals = one.totals()
     assert [totals[f"moves_{how}"].item() for how in MET] == [2, 1, 2]
-
-
-ROOT = pathlib.Path(caregiver_mj.__file__).parents[1]
-ACCOUNTS = {"ledger", "contacts", "tally", "account"}  # what the account is called elsewhere
-
-
-def written(source: str) -> list[str]:
-    """What a module writes into an account from outside: `self.ledger.seen += 1`, `ledger.toys[0] = 2` and so on."""
-    targets = []
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Assign):
-            targets += [part for target in node.targets for part in getattr(target, "elts", [target])]
-        elif isinstance(node, ast.AugAssign | ast.AnnAssign):
-            targets.append(node.target)
-    inner = {
-        ast.unparse(part.value) for target in targets for part in ast.walk(target) if isinstance(part, ast.Attribute)
-    }
-    return sorted(name for name in inner if name.split(".")[-1] in ACCOUNTS)
-
-
-def test_worlds_and_policies_write_nothing_into_the_account():
-    files = [*ROOT.glob("caregiver_mj/**/*.py"), *ROOT.glob("tasks/*.py")]
-    outside = [path for path in files if path.parent.name != "recording"]
-    assert len(outside) > 100
-    assert {str(path.relative_to(ROOT)): found for path in outside if (found := written(path.read_text()))} == {}
-
-
-@pytest.mark.parametrize(
-    "line", ["self.ledger.seen += 1", "world.ledger.toys[0] = 2", "tally.strikes, x = 1, 2", "ledger.seen[0] += 1"]
-)
-def test_what_is_written_into_an_account_is_found(line):
-    assert written(line)
-    assert not written("self.ledger, self.contacts = Ledger(), Contacts()\nseen = self.ledger.seen")

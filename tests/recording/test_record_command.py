@@ -2,7 +2,6 @@
 
 import json
 import pathlib
-import subprocess
 import sys
 
 import minari
@@ -172,22 +171,3 @@ def test_a_recording_does_not_go_on_with_code_that_was_edited(own, tmp_path, cap
     asked.write_text(kept)
     (tmp_path / "go on").touch()
     assert cli.main([*command, "--resume"]) == 0
-
-
-def test_decisions_are_too_rare_for_lerobot_and_nothing_is_written_over(tmp_path, capsys):
-    assert cli.main([*GRID[:2], "lerobot", *GRID[3:], "--out", str(tmp_path / "set")]) == 2
-    assert "steps a second must be a whole number for LeRobot" in capsys.readouterr().err
-    (tmp_path / "set").mkdir()
-    assert cli.main([*HOUSE, "--format", "lerobot", "--out", str(tmp_path / "set")]) == 2
-    assert "which exists" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(("module", "extra"), [("h5py", "minari")])
-def test_without_an_extra_it_says_which(module, extra, tmp_path):
-    code = f"import sys; sys.modules['{module}'] = None; from caregiver_mj.cli import main; sys.exit(main())"
-    command = [sys.executable, "-c", code, *GRID, "--out", str(tmp_path / "set")]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 2
-    assert done.stderr.endswith(f"pip install 'caregiver_mj[{extra}]'\n")
-    assert done.stderr.count("\n") == 1
-    assert not (tmp_path / "set").exists()

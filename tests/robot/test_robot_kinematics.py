@@ -7,14 +7,13 @@ from reaching import first_way
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.robot.embodiments import find_embodiment
-from caregiver_mj.robot.geometry import hand_rotation, upright_grip
+from caregiver_mj.robot.geometry import hand_rotation
 from caregiver_mj.robot.kinematics import Arm
 from caregiver_mj.robot.reach import reach_path
 from caregiver_mj.robot.robot_model import read_spec
 from caregiver_mj.robot.scalar_motion import ScalarMotion
 
 ROBOT = find_embodiment("mobile_fr3")
-PITCH = np.radians(35)
 
 # Franka Research 3, "Robot and interface specifications".
 POSITION_LOWEST = [-2.7437, -1.7837, -2.9007, -3.0421, -2.8065, 0.5445, -3.0159]  # rad
@@ -146,27 +145,6 @@ def test_reach_path_keeps_the_published_joint_limits(arm, height):
     assert rates[2].max() <= JERK
     assert (rates[0] / VELOCITY).max() > 0.5 or rates[1].max() > 0.9 * ACCELERATION  # and makes use of them
     np.testing.assert_allclose(joints[-1], path.joints(1.0), atol=1e-9)
-
-
-@pytest.mark.parametrize(("heading", "height"), [(-180, 0.024), (-60, 0.622), (120, 0.024)])
-def test_a_way_to_what_lies_about_grips_a_lying_candle_so_that_it_stands_in_the_tucked_hand(arm, heading, height):
-    axis = np.array([np.cos(np.radians(heading)), np.sin(np.radians(heading)), 0.0])
-    # Nearer, the forearm would go 2 cm into the base where the candle points back on the floor.
-    point = np.array([0.6 if heading == -180 else 0.5, 0.0, height])
-    path = first_way(arm, point, upright_grip(axis, PITCH))
-    grip = pinch_pose(path.joints(2.0))
-    np.testing.assert_allclose(grip[:3, 3], point, atol=1e-4)
-    assert abs(grip[:3, 1] @ axis) < 1e-4  # the fingers close on its sides, ...
-    assert abs(grip[2, 1]) < 1e-4  # ... which are level
-    assert grip[2, 2] < -0.8  # from above
-    over = pinch_pose(path.joints(1.0))
-    np.testing.assert_allclose(over[:3, 3], [*point[:2], height + 0.1], atol=1e-4)
-    # Gripped like that, what was the candle's axis points up in the tucked hand.
-    tucked = pinch_pose(path.joints(0.0))
-    np.testing.assert_allclose(tucked[:3, :3] @ grip[:3, :3].T @ axis, [0, 0, 1], atol=1e-3)
-    for s in np.linspace(0, 2, 41):
-        assert (path.joints(s) > POSITION_LOWEST).all()
-        assert (path.joints(s) < POSITION_HIGHEST).all()
 
 
 # -- The robot itself --------------------------------------------------------------------------------

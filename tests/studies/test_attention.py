@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from caregiver_mj.caregivers.paper import PaperCaregiver
-from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
-from studies.attention import AttentiveRule, looks, replaced
+from studies.attention import AttentiveRule, looks
 from study import run_in_grid
 
 SMALL = FloorPlan.parse("########\n#S.C..B#\n#......#\n#.T..BS#\n########", "small")
@@ -33,8 +32,3 @@ def rows(kind, share):
 def test_one_that_always_looks_is_the_caregiver_itself_and_one_that_never_does_does_nothing():
     assert rows(AttentiveRule, 1.0) == rows(PaperCaregiver, 1.0)
     assert rows(AttentiveRule, 0.0)[1] == 0 < rows(AttentiveRule, 0.5)[1]
-
-
-def test_the_share_that_leaves_as_much_by_hand():
-    left = {0.2: Estimate(0.6, 0, 1), 0.6: Estimate(0.4, 0, 1), 1.0: Estimate(0.2, 0, 1)}
-    assert replaced(left, 0.3) == pytest.approx(0.8)

@@ -10,11 +10,8 @@ import caregiver_mj
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.embodiments import find_embodiment
 from studies.audit import (
-    Audit,
-    Check,
     Dynamics,
     EpisodeLog,
-    NearChild,
     Recorder,
     check_limits,
     check_motion,
@@ -125,12 +122,6 @@ def test_a_jolt_of_the_arm_is_seen_at_5_ms_and_spread_over_20():
     assert (found["arm acceleration, 5 ms"].where, found["arm acceleration, 5 ms"].time) == ("joint2", 0.5)
 
 
-def test_friction_needed_is_beside_that_of_wheels_on_a_wooden_floor():
-    found = checks(friction=[(slice(100, 102), 0.25)])  # two steps of 5 ms
-    assert found["friction needed, 5 ms"].ratio == pytest.approx(0.25 / 0.5)
-    assert found["friction needed, 20 ms"].ratio == pytest.approx(0.125 / 0.5)
-
-
 @pytest.mark.parametrize("name", ["mobile_fr3", "mobile_ur5e"])
 def test_a_rigid_robot_needs_the_friction_and_stance_worked_out_by_hand(name):
     """Pushed as a whole at 3 m/s^2 it needs 3 / 9.81, and presses on the floor behind its centre of mass."""
@@ -221,10 +212,3 @@ def test_recorder_measures_distance_and_approach():
 
 
 # -- The command ------------------------------------------------------------------------------------
-
-
-def test_of_several_episodes_the_worst_is_told():
-    gentle = Audit(10.0, [Check("speed", "m/s", 1.0, 2.0, 3.0)], [], NearChild(0.2, np.inf, 1.5, 0.0), 0.5)
-    harsh = Audit(20.0, [Check("speed", "m/s", 3.0, 2.0, 4.0)], [], NearChild(0.4, 0.1, 0.5, 0.02), 0.25)
-    both = Audit.worst_of([gentle, harsh])
-    assert both == Audit(30.0, harsh.commanded, [], NearChild(0.2, 0.1, 2.0, 0.02), 0.75)

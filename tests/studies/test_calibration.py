@@ -8,23 +8,16 @@ from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.danger.child_model import EPSILONS
 from caregiver_mj.plans.floor_plan import FloorPlan
-from studies import calibration
 from studies.calibration import (
     EACH,
-    HARMLESS,
-    HORIZONS,
-    SAFE,
     Scores,
-    questions_of,
     reliability,
     sums_of,
-    tally,
     watch_children,
 )
 
 # One cell: a toy west of it, stairs east, a table with a candle north and a bare one south.
 SMALL = FloorPlan.parse("#####\n##C##\n#B.S#\n##T##\n#####", "small")
-KITCHEN = FloorPlan.parse("#######\n#B..C##\n#....S#\n#.T..B#\n#######", "kitchen")
 
 
 def streams(count):
@@ -52,26 +45,6 @@ def test_the_first_prediction_by_hand():
     after = weight * np.where(bumped, 3 * each, 1 - 3 * each)
     next_time = np.where(bumped, then, each)
     assert watched.predicted[0, 1, :, 0] == pytest.approx((after * next_time).sum(axis=1) / after.sum(axis=1))
-
-
-def test_a_child_of_the_model_is_calibrated():
-    """Five novices, each as often, whose epsilon never changes: on average just what the belief begins with."""
-    count, names = 150, calibration.MODELLED
-    watched = watch_children(KITCHEN, [ChildGroup.parse(name) for name in names], streams(count), HORIZONS, change=0.0)
-    rows = tally(watched, questions_of(KITCHEN)[0], names, count).assign(house="kitchen")
-    for horizon in HORIZONS:
-        sums = sums_of(rows, calibration.TOGETHER, horizon)
-        scores = Scores.of(sums)
-        assert scores.mean == pytest.approx(scores.base_rate, rel=0.03)
-        assert scores.calibration_error < 0.006
-        assert scores.skill.value > 0.03
-        predicted, frequency = reliability(sums)
-        often = sums[1].sum(axis=0) > 400  # collisions: chance alone is 5 % then
-        assert often.sum() >= 2
-        assert frequency.value[often] == pytest.approx(predicted[often], rel=0.15)
-    assert Scores.of(sums_of(rows, calibration.TOGETHER, 15, (HARMLESS,))).calibration_error < 0.02
-    # The paper's number is not one of harm.
-    assert Scores.of(sums_of(rows, calibration.TOGETHER, 15, (SAFE,))).calibration_error > 0.2
 
 
 def made(house, place, count, predicted, happened):

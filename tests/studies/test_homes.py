@@ -1,17 +1,13 @@
 """Homes: where damage weights come from, and the page."""
 
-import json
-
 import numpy as np
 import pytest
 
-from caregiver_mj import cli
 from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import BATTERY, GATE, State
 from studies import homes
-from study import main
 
 HOUSE = "home-1-9x8-rooms1-stairwells1-candles1-tables1-bins1-gates1-mugs0-batteries1"
 
@@ -19,23 +15,6 @@ HOUSE = "home-1-9x8-rooms1-stairwells1-candles1-tables1-bins1-gates1-mugs0-batte
 @pytest.mark.parametrize(("admitted", "damage"), [(0.5, 1.0), (1.0, 2.0), (4.0, 4.0), (11.4, 5.511), (10.3, 5.365)])
 def test_damage_is_on_a_line_in_the_logarithm_of_who_is_admitted(admitted, damage):
     assert homes.weight(admitted) == pytest.approx(damage, abs=1e-3)
-
-
-@pytest.mark.slow
-def test_the_page(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(homes, "SWEEP", {"as by default": "", "table at 1 %": "mug=5.1,battery=5"})
-    run = tmp_path / "run"
-    who = ["none", "expected-danger", "foresight", "knows-goal", "floor"]
-    words = ["evaluate", "--world", "grid", "--house", HOUSE, "--caregiver", *who, "--epsilon", "1", ".5"]
-    assert cli.main([*words, "--episodes", "4", "--out", str(run), "--json"]) == 0
-    rows = {(row["caregiver"], row["epsilon"]): row for row in json.loads(capsys.readouterr().out)["rows"]}
-    assert main(["homes", "--run", str(run), "--episodes", "3", "--jobs", "1", "--docs", str(tmp_path)]) == 0
-    page = (tmp_path / "homes.md").read_text("utf-8")
-    alone = [rows["none", epsilon]["damage_mean"] for epsilon in (1.0, 0.5)]
-    assert f"| *alone* | {alone[0]:.2f} | {alone[1]:.2f} |" in page
-    assert "| mug | scalds, under 18, US | 11.4 | 5.5 | 5.1 to 6.3 | 5 |" in page
-    assert "`expected-danger` 0 of 2," in " ".join(page.split())
-    assert (tmp_path / "homes_weights.csv").read_text("utf-8").count("\nas by default,") == 1
 
 
 @pytest.mark.parametrize("made", [homes.NoGates, homes.ForesightNoGates])

@@ -1,8 +1,5 @@
 """The study of contacts: which part of the robot presses a child, and who moves when it does, or strikes one."""
 
-import argparse
-import json
-
 import numpy as np
 
 from caregiver_mj.children.walk import ToddlerWalk
@@ -10,13 +7,10 @@ from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.recording.contacts import Touch
 from caregiver_mj.robot.embodiments import find_embodiment
-from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.view import CHILD_RADIUS
-from studies import contacts
 from studies.contacts import Presses, is_pushed
 
 HALL = FloorPlan.parse("############\n#..........#\n#B.........#\n#..........#\n############", "hall")
-LOW = np.array([0.0, 1.2, 0.0, -1.6, 0.0, 2.8, 0.8])  # the arm ahead, with the hand as low as a child
 
 
 def pressed(child, seconds, speed=0.0, arm=None, pause=range(0), others=()):
@@ -49,17 +43,6 @@ def test_a_child_that_leans_on_a_robot_that_stands_is_counted_once_and_by_the_pa
     assert pressed(beside(), 1.5) == {"base": 1}
 
 
-def test_hand_and_arm_are_parts():
-    x, y, z = arm_of(find_embodiment(None)).pinch(LOW)
-    assert z < 0.7
-    for ahead, part in ((x + 0.02, "hand"), (x / 2 + 0.1, "arm")):  # it may be pushed a little, and slide
-        (found,) = pressed((ahead, y - CHILD_RADIUS - 0.03), 0.8, arm=LOW)
-        assert found.split(",")[0] == part
-    left = beside()[0], -beside()[1]
-    found = pressed((x + 0.02, y - CHILD_RADIUS - 0.03), 0.8, arm=LOW, others=[left])
-    assert sorted(what.split(",")[0] for what in found) == ["base", "hand"]
-
-
 def test_the_robot_moves_if_its_surface_does():
     assert pressed(beside(), 0.8, speed=0.005) == {"base": 1}
     assert pressed(beside(), 0.8, speed=0.03) == {"base, moving": 1}
@@ -80,15 +63,3 @@ def test_who_moves_in_a_strike():
     assert is_pushed([pushed, slow])
     assert not is_pushed([pushed, driven])
     assert not is_pushed([gate])  # the robot closes it
-
-
-def test_rows_of_a_file_are_not_run_again_unless_they_count_less(tmp_path, monkeypatch):
-    ran, file = [], tmp_path / "rows.jsonl"
-    monkeypatch.setattr(contacts, "supervise", lambda _, job: ran.append(job.episode) or job._asdict())
-    asked = contacts.Job(None, "expected-danger", False, "paper", "0.5", 0)
-    kept, older = asked._asdict() | {"strikes_pushed": 0}, asked._replace(episode=1)._asdict()
-    file.write_text(f"{json.dumps(kept)}\n{json.dumps(older)}\n")
-    options = {"run": None, "houses": ["paper"], "epsilon": ["0.5"], "embodiment": [None], "episodes": 3, "out": file}
-    options |= {"caregiver": "expected-danger", "compliant": False, "sensing": None, "audit": 0, "jobs": 1}
-    assert contacts.episodes_of(argparse.Namespace(**options)).episode.tolist() == [0, 1, 2]
-    assert ran == [1, 2]

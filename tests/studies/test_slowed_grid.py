@@ -1,19 +1,17 @@
 """The grid with a caregiver as slow as the robot: what is done when, by its pace, and that it is slow at a child."""
 
 import numpy as np
-import pandas as pd
 import pytest
 
-from caregiver_mj import CaregiverError, FloorPlan
+from caregiver_mj import FloorPlan
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.percept import PAPER, Pace
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.children.random_stream import RandomStream
-from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.hazards import State
-from studies.shapes import TICKS, SlowedGrid, pace_of, run_slowed
+from studies.shapes import TICKS, SlowedGrid, pace_of
 
 # A child in the corner between its two bins, to which it always wants, never leaves it.
 CORRIDOR = FloorPlan.parse(
@@ -100,18 +98,6 @@ def test_who_turns_back_sets_off_anew():
     assert walked(world, 2) == [there - (n * timestep - start) // cell for n in (1, 2)]
 
 
-def test_who_wants_something_else_on_the_way_is_not_there_at_once():
-    world, timestep, cell, start = corridor(10, FAR_STAIRS, 1.5, NEAR_STAIRS)
-    assert timestep / 2 < start + cell <= timestep
-    assert walked(world, 1) == [10]
-
-
-def test_who_has_stood_sets_off_anew():
-    world, timestep, cell, start = corridor(5, NEAR_STAIRS, 5, FAR_STAIRS)
-    assert walked(world, 4)[-1] == 3
-    assert walked(world, 2) == [3, 3 + (2 * timestep - start) // cell - 1]  # the first of them out of the stairs
-
-
 def test_it_is_told_the_time_that_is_left():
     world, timestep, cell, start = corridor(6, FAR_STAIRS)
     world.step()
@@ -142,14 +128,3 @@ def test_at_the_pace_of_the_grid_its_rows_are_those_of_the_grid(house):
     for episode, stream in enumerate(streams):
         own = world.run([stream]).totals()
         assert {name: own[name][0] for name in FOUND} == {name: grid[name][episode] for name in FOUND}
-
-
-def test_one_child_that_is_seen():
-    world, *_ = corridor(6, FAR_STAIRS)
-    stream = RandomStream.draw_group(np.random.RandomState(0), 1)
-    with pytest.raises(CaregiverError, match="one episode of one child"):
-        world.reset([stream, stream])
-    rows = pd.DataFrame({"children": [2], "caregiver": ["foresight"], "episode": [0]})
-    settings = Settings((CORRIDOR,))
-    with pytest.raises(CaregiverError, match="one child in each house"):
-        run_slowed(rows, settings, 1, 1)

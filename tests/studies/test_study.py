@@ -1,16 +1,12 @@
 """What studies have in common: commands, pages, and jobs that are kept; and that each explains itself."""
 
 import os
-import pathlib
-import shlex
 
 import pytest
-from matplotlib.figure import Figure
 
 import study
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments.intervals import Estimate
-from study import FOLDER, Page, Parser, run_all
+from study import FOLDER, run_all
 
 
 @pytest.mark.parametrize("name", study.names())
@@ -23,52 +19,11 @@ def test_a_study_explains_itself(name, capsys):
     assert "--docs" in told or not (FOLDER / f"{name}.md").exists()
 
 
-def parser():
-    made = Parser("some", "A study.")
-    made.add("houses", ["test-20"], "houses")
-    made.add("set-episodes", 100, "episodes")
-    made.add("quick", False, "less of all")
-    made.add("run", [], "runs", type=pathlib.Path)
-    made.add_file("out", "a folder", "DIR")
-    made.add_trials("count", 500)
-    return made
-
-
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        ("", ""),
-        ("--houses test-20 --set-episodes 100 --jobs 7 --out somewhere", ""),
-        ("--set-episodes 3 --houses a b --quick", " --houses a b --set-episodes 3 --quick"),
-        ("--run 'my runs/x' y", " --run 'my runs/x' y"),
-        ("--count 3 --json file", " --count 3"),
-    ],
-)
-def test_a_command_says_what_a_page_depends_on(given, said):
-    command = parser().command(parser().parse_args(shlex.split(given)))
-    assert command == f"python scripts/study.py some{said} --docs docs"
-    again = parser().parse_args(shlex.split(said))
-    assert parser().command(again) == command
-
-
 def test_bad_input_is_one_line(capsys):
     with pytest.raises(SystemExit) as end:
         study.main(["ablations", "--houses", "nowhere", "--episodes", "1", "--jobs", "1"])
     assert end.value.code == 2
     assert "study.py ablations: error: no floor plan 'nowhere'" in capsys.readouterr().err
-
-
-def test_a_page_is_written_with_its_figures(tmp_path, monkeypatch):
-    monkeypatch.setattr(study, "FOLDER", tmp_path)
-    (tmp_path / "some.md").write_text(
-        "{{ title }}\n\n    {{ command }}\n\n{{ value | interval }}, {{ 1 | form('.0%') }}"
-    )
-    page = Page({"title": "# T", "value": Estimate(1.0, 0.5, 2.0)}, {"a.png": Figure(), "b.svg": Figure()})
-    text = page.text("some", "the command")
-    assert text == "# T\n\n    the command\n\n1.00 (0.50 to 2.00), 100%\n"
-    page.write(tmp_path / "docs", "some", text)
-    assert {path.name for path in (tmp_path / "docs").iterdir()} == {"some.md", "a.png", "b.svg"}
-    assert (tmp_path / "docs" / "some.md").read_text() == text
 
 
 def _identify(job):
@@ -95,11 +50,3 @@ def test_jobs_whose_results_are_kept_are_not_run_again(tmp_path):
     assert run_all(_count, jobs, 1, "counting") == [{"length": 2}, {"length": 2}]
     with pytest.raises(CaregiverError, match="study"):  # not another one's
         run_all(_identify, jobs, 1, "identifying", kept)
-
-
-def test_long_tables_go_beside_the_page():
-    page = "# T\n\nWords:\n\n<!-- t.csv -->\n| a `x` | b |\n| --- | ---: |\n| *one*, two | 1 |\n\nMore.\n\n"
-    page += "| s |\n|---|\n| 2 |\n\n<!-- t.csv -->\n| a `x` | b |\n|---|---|\n| three | 3 |\n\nEnd.\n"
-    text, tables = study.take_tables(page)
-    assert text == "# T\n\nWords:\n\nMore.\n\n| s |\n|---|\n| 2 |\n\nEnd.\n"
-    assert tables == {"t.csv": 'a x,b\n"one, two",1\nthree,3\n'}

@@ -74,11 +74,3 @@ def test_who_waits_for_another_is_not_hurt_and_not_blocked():
     assert outcome["damage"] == outcome["moves_blocked"] == outcome["strikes"] == 0
     assert [child.cell for child in env.task.children] == [ROW.cell_index[1, 2], ROW.cell_index[1, 3]]
     assert outcome["cells_visited"] >= 2
-
-
-def test_the_robot_blocks_each_child_by_itself():
-    env = row((3, SOUTH), (4, EAST), robot=True)
-    env.physics.set_robot(np.array([*ROW.position((2, 3)), 0.0]))  # on the landing
-    timesteps(env, 2)
-    assert env.task.ledger.moves_blocked[0].tolist() == [[2, 0], [0, 0]]
-    assert env.task.outcome()["damage_stairwell"] == 0

@@ -8,7 +8,6 @@ from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.summary import by_house, summarise
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.recording.record import MEASURES
-from caregiver_mj.viz.figures import as_bytes
 
 PAPER = FloorPlan.load("paper")
 TINY = FloorPlan.parse("######\n#B.S.#\n#....#\n#C..T#\n######", "tiny")
@@ -71,8 +70,3 @@ def _row(key, episode, damage, children, mark):
 def undrawn(figure, kind):
     """In the place of `figures.as_bytes`, which takes longest of a report, for tests of its words and numbers."""
     return b""
-
-
-def drawn_once(figure, kind):
-    """Likewise for tests of the page, which shows none of the PNGs."""
-    return as_bytes(figure, kind) if kind == "svg" else b""

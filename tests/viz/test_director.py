@@ -10,10 +10,9 @@ import pytest
 from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.house.rendering import engine
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.viz import AUTO, director
+from caregiver_mj.viz import director
 from caregiver_mj.viz.cameras import FOVY, Camera
 from caregiver_mj.viz.episode import Episode
-from caregiver_mj.viz.film import Picture, Studio
 from caregiver_mj.viz.hud import ChildState, HudState
 
 PLAN = FloorPlan.load("paper")
@@ -106,20 +105,6 @@ def test_no_wall_hides_a_child_right_behind_it(episode):
 @pytest.fixture(scope="module")
 def episode():
     return Episode(EpisodeSpec("paper", 0.5, "expected-danger", seed=0))
-
-
-def test_the_hand_is_shown_while_it_works_and_the_child_else(episode):
-    studio = Studio(episode, Picture(640, 360, 10.0), 1)
-    shown, held = set(), set()
-    for number in range(220):
-        episode.run_until(number / 10)
-        state = episode.hud_state(1)
-        (name,) = studio._shown(state)
-        shown.add(name)
-        if name == "wrist":
-            held.add(state.intervention.split()[0])
-    assert shown == {AUTO, "wrist"}
-    assert held <= {"fetch", "carry"}
 
 
 def test_what_a_camera_anywhere_leaves_out_is_not_missed(episode):

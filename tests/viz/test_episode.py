@@ -1,7 +1,6 @@
 """Episodes to film: those of a run, and what the display is told of them."""
 
 import dataclasses
-import functools
 from types import SimpleNamespace
 
 import numpy as np
@@ -100,9 +99,8 @@ def test_a_film_by_answers_is_of_an_episode_of_their_run(house, tmp_path, monkey
     assert cli.main(["evaluate", *made, "--caregiver", "nearest", "--episodes", "2", "--out", str(run)]) == 0
     row = pd.read_parquet(run / "episodes.parquet").set_index("episode").loc[1]
     assert row.damage > 0
-    monkeypatch.setattr(
-        film, "render_episode", functools.partial(render_episode, studio=Blank, picture=SMALL, quiet=True)
-    )
+    small = {"studio": Blank, "picture": SMALL, "quiet": True}  # and not what the command says
+    monkeypatch.setattr(film, "render_episode", lambda out, spec, **how: render_episode(out, spec, **how | small))
     command = ["render", "--answers", str(run), "--caregiver", "nearest", "--episode", "1", "--seconds", "400"]
     assert cli.main([*command, "--task", "block_stairs", "--out", str(tmp_path / "film.mp4")]) == 0
     assert_is_row(Blank.seen, row)

@@ -75,18 +75,6 @@ def test_a_film_is_of_the_kind_that_its_name_says(tmp_path, suffix):
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
 
 
-@pytest.mark.slow
-def test_the_still_is_from_the_middle_of_a_film_that_ends_before_it_was_to(tmp_path):
-    path, still = tmp_path / "film.mp4", tmp_path / "still.png"
-    film(
-        path, task="block_stairs", caregiver="expected-danger", seconds=300, picture=Picture(320, 240, 1.0), still=still
-    )
-    frames = iio.imread(path, plugin="FFMPEG").astype(int)
-    assert len(frames) in (60, 61)  # seconds of an episode of this task
-    nearest = np.abs(frames - iio.imread(still)).mean(axis=(1, 2, 3)).argmin()
-    assert abs(nearest - 30) <= 1
-
-
 @pytest.mark.parametrize(
     ("name", "settings", "message"),
     [

@@ -1,9 +1,6 @@
 """The progress bar in a terminal and in notebooks."""
 
 import builtins
-import os
-import subprocess
-import sys
 import warnings
 
 import pytest
@@ -11,13 +8,6 @@ import pytest
 from caregiver_mj.viz import progress_bar
 
 LINES = [f"episodes {done}/20" for done in range(2, 20, 2)]  # a line for each tenth, and then the bar
-WORK = """
-from caregiver_mj.viz import progress_bar
-with progress_bar() as bar:
-    task = bar.add_task("episodes", total=20)
-    for _ in range(20):
-        bar.advance(task)
-"""
 
 
 def work(quiet=False):
@@ -43,22 +33,3 @@ def test_in_a_kernel(capsys, monkeypatch, quiet):
     assert lines == ([] if quiet else LINES)
     assert ("20/20" in last) != quiet
     assert "\x1b" not in err
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
-@pytest.mark.parametrize("notebook", [False, True])
-def test_a_command_in_a_cell_which_has_a_terminal(monkeypatch, notebook):
-    import pty
-
-    monkeypatch.setenv("TERM", "xterm-color")
-    monkeypatch.delenv("JPY_PARENT_PID", raising=False)
-    if notebook:
-        monkeypatch.setenv("JPY_PARENT_PID", "1")
-    ours, theirs = pty.openpty()
-    subprocess.run([sys.executable, "-c", WORK], stdout=theirs, stderr=theirs, check=True)
-    os.close(theirs)
-    shown = os.read(ours, 100_000).decode()
-    os.close(ours)
-    assert ("\x1b" in shown) != notebook  # it is written over in a terminal, and cannot be here
-    assert (shown.splitlines()[:-1] == LINES) == notebook
-    assert "20/20" in shown

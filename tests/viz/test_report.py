@@ -1,6 +1,5 @@
 """The report: its numbers worked out by hand, and its files."""
 
-import dataclasses
 import json
 import os
 import re
@@ -8,16 +7,14 @@ import sys
 
 import imageio_ffmpeg
 import numpy as np
-import pandas as pd
 import pytest
-from made_runs import PAPER, TINY, undrawn, write_run
+from made_runs import undrawn, write_run
 from test_cli import fails
 
 from caregiver_mj import cli
-from caregiver_mj.experiments.summary import by_house, harm
 from caregiver_mj.viz import figures, report
-from caregiver_mj.viz.report.left import side_by_side, verdicts
-from caregiver_mj.viz.report.words import family_name, in_lines
+from caregiver_mj.viz.report.left import verdicts
+from caregiver_mj.viz.report.published import compares_with
 
 
 @pytest.fixture(scope="module")
@@ -80,18 +77,6 @@ def test_tables_stand_beside_the_published_ones(folder, page):
 
 
 @pytest.mark.usefixtures("words_alone")
-def test_the_paper_is_cited_for_its_own_house_alone(tmp_path, page):
-    other = write_run(tmp_path / "tiny", plan=TINY)
-    alone = report.write_report([other]).read_text("utf-8")
-    for word in ("published", "In the paper, the same", "diamonds", "Its numbers are those", "fitted"):
-        assert (word in page, word in alone) == (True, False), word
-    assert "| novice | without | with | left |" in (other / "tables.md").read_text("utf-8")
-    paper, tiny = report.read_run(write_run(tmp_path / "paper")), report.read_run(other)
-    assert "published" in side_by_side([paper, paper])["table"].columns
-    assert "published" not in side_by_side([paper, tiny])["table"].columns
-
-
-@pytest.mark.usefixtures("words_alone")
 def test_what_caregivers_saw_is_said_and_the_paper_is_not_cited_where_that_is_not_all(tmp_path, page):
     run = report.read_run(write_run(tmp_path / "walls", sight="walls"))
     assert "--sight walls" in run.command()
@@ -100,21 +85,8 @@ def test_what_caregivers_saw_is_said_and_the_paper_is_not_cited_where_that_is_no
     fast = report.read_run(write_run(tmp_path / "fast", child_speed=0.8))
     assert "--child-speed 0.8" in fast.command()
     assert fast.title == "Grid, children at 0.8 m/s (paper)"
-    assert "published" not in side_by_side([fast, fast])["table"].columns
+    assert not compares_with(fast)
     assert "published" not in report.write_report([tmp_path / "walls"]).read_text("utf-8")
-
-
-def test_houses_to_learn_in_come_after_those_that_nobody_has_seen(tmp_path):
-    run = report.read_run(write_run(tmp_path / "run"))
-    for houses, rank in (
-        ("test-2", 0),
-        ("shapes-test-2", 0),
-        ("train-2", 1),
-        ("shapes-train-2", 1),
-        ("home-train-2", 1),
-    ):
-        settings = dataclasses.replace(run.settings, houses=houses, plans=(PAPER, TINY))
-        assert dataclasses.replace(run, settings=settings).rank == rank
 
 
 def test_statistics(page):
@@ -137,35 +109,7 @@ def test_verdicts_at_a_margin(folder):
     )
 
 
-@pytest.mark.parametrize(
-    ("family", "name", "lines"),
-    [
-        ("1", "random motion", "random\nmotion"),
-        ("1,0.5,0.25", "100 %, 50 % and 25 % random", "100 %,\n50 % and\n25 %\nrandom"),
-        ("0.5,0.5", "2 x 50 % random", "2 x 50 %\nrandom"),
-    ],
-)
-def test_families_have_names(family, name, lines):
-    assert family_name(family) == name
-    assert in_lines(family) == lines
-
-
 # -- Harm --------------------------------------------------------------------------------------------
-
-
-def test_harm_comes_first(folder, page):
-    # No episode has more damage than alone. Eight pairs that differ suffice, 2 pairs / 2**8; five do not, 2 / 2**5.
-    text = words(page)
-    told = (
-        "By hazards: more damage than alone is shown in none; it could have been shown in 1 of 2 (house, toddler) pairs"
-    )
-    assert text.index(told) < text.index("of the damage avoided")
-    assert text.index("Harm — Grid") < text.index("Damage left by each caregiver")
-    for caregiver in ("paper", "guard"):  # each has its verdict, in the first section
-        assert text.index("Harm — Grid") < text.index(f"{caregiver}: ") < text.index("Damage left by each caregiver")
-    tables = (folder / "tables.md").read_text("utf-8")
-    assert tables.startswith("# Tables\n\n## Harm\n\nGrid (paper). ")
-    assert tables.index("### Harm — Physical house (paper)") < tables.index("Damage avoided with caregiver")
 
 
 def test_a_strike_is_red_and_the_grid_has_none_to_measure(page):
@@ -177,22 +121,6 @@ def test_a_strike_is_red_and_the_grid_has_none_to_measure(page):
     assert 'class="judged red"><b>paper: harm</b>' in page
     assert '<li class="harm"><b>By the robot: harm.</b> struck a child 48 times' in page
     assert "By the robot: not measured. not measured in the grid" in text
-
-
-@pytest.mark.usefixtures("words_alone")
-def test_a_caregiver_that_does_harm_is_named(tmp_path):
-    # Guard adds 3 to each of the eight episodes with the second novice: 1 / 2**8, times 2 cells.
-    write_run(tmp_path)
-    episodes = pd.read_parquet(tmp_path / "episodes.parquet")
-    alone = episodes[(episodes.caregiver == "none") & (episodes.family == "0.25")].damage.to_numpy()
-    episodes.loc[(episodes.caregiver == "guard") & (episodes.family == "0.25"), "damage"] = alone + 3
-    episodes.to_parquet(tmp_path / "episodes.parquet")
-    summary = json.loads((tmp_path / "summary.json").read_text())
-    summary["harm"] = harm(by_house(episodes))
-    (tmp_path / "summary.json").write_text(json.dumps(summary))
-    report.write_report(tmp_path)
-    cells = "| guard | 1 of 2 | 2 | 50.0 % | paper, 25 % random | 12.50 | 15.50 | +3.00 [+3.00, +3.00] |"
-    assert cells in (tmp_path / "tables.md").read_text("utf-8")
 
 
 # -- Files -------------------------------------------------------------------------------------------

@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 from made_runs import DAMAGE, FAMILIES, PAPER, TINY, write_run
 
-from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.viz import film, report
-from caregiver_mj.viz.report.left import side_by_side
 from caregiver_mj.viz.report.page import make_film
 from caregiver_mj.viz.report.tables import children_table
 
@@ -27,14 +25,6 @@ def test_each_child_has_a_row_of_its_own(run):
     assert len(table.rows) == 4
 
 
-def test_single_children_and_families_beside_each_other(run, tmp_path):
-    table = side_by_side([report.read_run(write_run(tmp_path)), report.read_run(run)])["table"]
-    names = ["random motion", "100 % and 50 % random", "25 % random", "2 x 25 % random"]
-    assert [row[0] for row in table.rows] == names
-    assert table.columns == ("children", "Grid (paper)", "Physical house (paper)", "house against grid")
-    assert [row[3] for row in table.rows] == ["–"] * 4
-
-
 @pytest.fixture
 def filmed(monkeypatch, tmp_path):
     """Tells what is asked to be filmed of some runs."""
@@ -47,12 +37,6 @@ def filmed(monkeypatch, tmp_path):
         return asked, caption
 
     return asked_of
-
-
-def test_the_filmed_episode_is_the_first_of_the_run(run, filmed):
-    asked, caption = filmed([report.read_run(run)])
-    assert asked["spec"] == EpisodeSpec(PAPER, "1,0.5", "paper", seed=7)
-    assert caption == "Episode 0 of the run, 100 % and 50 % random, caregiver paper"
 
 
 def test_a_run_in_the_house_is_filmed_before_one_in_the_grid(run, filmed, tmp_path):

@@ -94,22 +94,6 @@ def test_it_stands_still_while_it_is_paused_and_can_begin_so(clock):
     assert watched.episode.seconds == 0.0
 
 
-def test_steps(clock):
-    watched = session(clock)
-    let(watched, clock, 1.0)
-    before = watched.episode.seconds
-    watched.step()
-    assert not watched.playing
-    assert watched.episode.seconds == pytest.approx(before + STEP)
-    watched.step(0.5)
-    assert watched.episode.seconds == pytest.approx(before + STEP + 0.5)
-    for move in (1, 2, 3):
-        watched.next_move()
-        assert watched.episode.seconds == pytest.approx(move * MOVE)
-    let(watched, clock, 1.0)
-    assert watched.episode.seconds == pytest.approx(3 * MOVE)
-
-
 def test_the_end(clock):
     watched = session(clock, steps=10)
     let(watched, clock, 1.0)

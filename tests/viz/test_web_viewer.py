@@ -97,21 +97,6 @@ def test_the_page_in_a_browser(process, tmp_path):
     assert (process.returncode, out, err.splitlines()[1:]) == (0, "", ["closed"])
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("process", ["driver"], indirect=True)
-def test_keys_drive_in_a_browser(process, tmp_path):
-    _, url = process
-    with chromium(tmp_path, "--window-size=640,480", "--enable-unsafe-swiftshader") as browser:
-        wait_for = Patience(browser)
-        browser.get(url)
-        wait_for.press("Pause")
-        wait_for(lambda: wait_for.texts("told") == ["Paused."])
-        browser.find_element("xpath", "//body").send_keys("k")
-        wait_for.press("K slower, then back")
-        wait_for.press("0.02 s")
-        wait_for(lambda: "drive at -0.67 m/s" in browser.find_element("xpath", "//body").text)
-
-
 class Patience:
     """Waits for what a page is to show, and acts on it."""
 
@@ -169,7 +154,7 @@ def colours(browser):
     return len(np.unique(house_in(browser).reshape(-1, 3), axis=0))
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def viewer(house):
     spec = EpisodeSpec(FloorPlan.load(house), "1,.25", "none", file=str(house))
     with contextlib.closing(web.WebViewer(Session(spec, playing=False), port=0)) as viewer:
@@ -216,32 +201,6 @@ def test_a_port_that_is_taken(capsys, house):
         port = str(taken.getsockname()[1])
         assert cli.main(["view", "--web", "--house", house, "--caregiver", "none", "--port", port]) == 2
     assert f"port {port}: Address already in use; --port 0 takes any" in capsys.readouterr().err
-
-
-def test_it_says_what_it_prepares_and_then_where_that_is(capsys, monkeypatch, house):
-    class Viewer:
-        url = "http://here"
-
-        def __init__(self, *_, **__):
-            pass
-
-        def run(self):
-            raise KeyboardInterrupt
-
-        def close(self):
-            pass
-
-    before = []
-    monkeypatch.setattr(web, "WebViewer", Viewer)
-    monkeypatch.setattr("caregiver_mj.viz.viewers.session.Session", lambda *_, **__: before.append(capsys.readouterr()))
-    assert cli.main(["view", "--web", "--house", house, "--caregiver", "none", "--port", "0"]) == 0
-    ((out, err),) = before
-    assert out == ""
-    assert all(word in err for word in ("preparing", house, "children 0.5", "caregiver none", "browser"))
-    assert err.count("\n") == 1
-    out, err = capsys.readouterr()
-    assert out.startswith("http://here ")
-    assert err == "closed\n"
 
 
 def test_without_a_display_a_line_says_what_there_is(capsys, monkeypatch, house):

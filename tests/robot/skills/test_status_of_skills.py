@@ -133,13 +133,6 @@ def test_the_hand_comes_in_when_the_base_is_moved_away_from_the_table(stage):
     assert stage.run(pick, lambda: stage.reached == 0.0, 3.0) == [Status.RUNNING]
 
 
-def test_picking_is_overtaken_when_the_candle_is_gone(stage):
-    pick = Pick(stage.navigator, CANDLE, ITS_TABLE)
-    stage.run(pick, lambda: stage.now > 0.5)
-    stage.physics.set_candle(CANDLE, np.array([*ROOM.position(ROOM.tables[BARE_TABLE]), TABLE_TOP]), 0.0)
-    assert stage.to_the_end(pick, 0.1) == [Status.RUNNING, Status.OVERTAKEN]
-
-
 def test_a_stairwell_is_blocked_for_as_long_as_wanted(stage):
     block = Block(stage.navigator, 0)
     assert block.cell == ROOM.stairwells[0]
