@@ -30,6 +30,7 @@ from caregiver_mj.robot.view import loose
 EYE = "eye"  # the robot's camera
 _SPRUNG = 0.002  # m; greatest travel of the bolt of a latched gate
 _HIDES = np.array([group in (OPAQUE, 3) for group in range(mujoco.mjNGROUP)], np.uint8)  # groups of opaque geoms
+_SMALL = 256  # pixels; in smaller pictures shadows take three quarters of the time without a graphics card
 _DENSE = 150  # degrees of freedom up to which dense Jacobians are faster; house `paper` has 43
 # Of a pickled simulation: data, robot, state of its ramp, numbers of what is awake, and states of the figures.
 _Pickled = tuple[wrapper.MjData, Embodiment | None, RampState | None, dict[str, int], list[dict[str, float]]]
@@ -207,7 +208,9 @@ class Physics(OffscreenRendering, engine.Physics):
         segmentation: bool = False,
         **options: Any,
     ) -> np.ndarray:
-        """Render a picture, as dm_control does; for the robot's `eye`, walls go up to the ceiling and cast no shadows.
+        """Render a picture, as dm_control does, but small pictures, and those of the robot's `eye`, without shadows.
+
+        For the `eye`, walls go up to the ceiling. `render_flag_overrides={"shadow": True}` draws shadows.
 
         Args:
             height: Pixels.
@@ -218,10 +221,11 @@ class Physics(OffscreenRendering, engine.Physics):
             segmentation: Whether to return numbers and types of objects, (height, width, 2).
             options: Further ones of `dm_control.mujoco.Physics.render`.
         """
-        if camera_id == EYE or camera_id == mujoco.mj_name2id(self._raw[0], mujoco.mjtObj.mjOBJ_CAMERA, EYE) >= 0:
+        is_eye = camera_id == EYE or camera_id == mujoco.mj_name2id(self._raw[0], mujoco.mjtObj.mjOBJ_CAMERA, EYE) >= 0
+        if is_eye:
             options.setdefault("scene_callback", raise_walls)
-            if not (depth or segmentation):  # which have no flags
-                options.setdefault("render_flag_overrides", {"shadow": False})
+        if (is_eye or max(height, width) < _SMALL) and not (depth or segmentation):  # which have no flags
+            options.setdefault("render_flag_overrides", {"shadow": False})
         return super().render(height, width, camera_id, overlays, depth, segmentation, **options)
 
     def camera(self, name: str, width: int, height: int) -> engine.Camera:
