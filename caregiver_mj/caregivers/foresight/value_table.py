@@ -87,13 +87,15 @@ class _Fetch:
 
     Attributes:
         rows: Those states, (n,), as rows of `ValueTable.value`.
-        probability: That it is in the hand, (n, 1).
+        unsure: Which of them may not come to it, (k,).
+        probability: That these do, (k, 1).
         which: To which of the m each of them comes, (n,).
         numbers: Rows of `ValueTable._ahead`, by the tables to which it can be carried, (layouts there, bare, m).
         meanwhile: Damage and price until it is put down, (layouts there, bare, m, J).
     """
 
     rows: np.ndarray
+    unsure: np.ndarray
     probability: np.ndarray
     which: np.ndarray
     numbers: np.ndarray
@@ -467,7 +469,9 @@ class ValueTable:
             fetch, damage = fetched[table]
             gone = _gone(value, self._rows[posts + table])
             in_hand = damage[self._column[table, layout]].take(fetch.which, axis=0)
-            gone[fetch.rows] = (1.0 - fetch.probability) * gone[fetch.rows] + fetch.probability * in_hand
+            not_in_hand = (1.0 - fetch.probability) * gone[fetch.rows[fetch.unsure]]
+            in_hand[fetch.unsure] = not_in_hand + fetch.probability * in_hand[fetch.unsure]
+            gone[fetch.rows] = in_hand
             np.minimum(best, gone, out=best)
 
     def _fetches(self) -> list[_Fetch]:
@@ -488,7 +492,9 @@ class ValueTable:
             child_, stand_, left_ = (np.broadcast_to(part, shape).ravel() for part in each)
             numbers, meanwhile = self._leg(here, source, target, child_, stand_, left_ / 1e6)
             parts = numbers.reshape(shape), meanwhile.reshape(*shape, self._states)
-            found.append(_Fetch(rows, got[rows, None].astype(np.float32), which.ravel(), *parts))
+            chance = got[rows, None].astype(np.float32)
+            unsure = np.flatnonzero(chance < 1.0)
+            found.append(_Fetch(rows, unsure, chance[unsure], which.ravel(), *parts))
         return found
 
     def _arrive(self, value: np.ndarray) -> None:
