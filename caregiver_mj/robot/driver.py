@@ -55,7 +55,7 @@ class Driver:
 
     Attributes:
         goal: Where the base shall stand, (x, y) in metres, when a way there was last looked for; None before that.
-        cell: The cell in which (or at whose border) that is, likewise.
+        cell: The cell in which (or at whose border) that is; None before that.
         aside_until: Until when, in seconds, it gets out of the way of a child that leaves it no way; a past time if it
             does not.
         patience: How long it goes on without coming nearer.
@@ -100,7 +100,7 @@ class Driver:
             yaw: Its heading there, radians; None if any will do.
 
         Returns:
-            DONE while the base is there. FAILED if it has lost patience, be it that something keeps it from its work
+            DONE while the base is there. FAILED if it has lost patience, also if something keeps it from its work
             there.
         """
         moved = self.goal is None or math.dist(goal, self.goal) > 1e-3

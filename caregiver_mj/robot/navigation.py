@@ -33,7 +33,7 @@ class Routes:
     """
 
     def __init__(self, plan: FloorPlan, landings: bool = True):
-        """Prepare routes in a house; the base may stand on the landings of stairwells, too, unless told otherwise."""
+        """Prepare routes in a house; the base may stand on the landings of stairwells, too, by default."""
         self.plan = plan
         cells = plan.caregiver_cells if landings else plan.free_cells
         self.centres: dict[Cell, Vector] = {cell: tuple(plan.position(cell).tolist()) for cell in cells}
@@ -84,7 +84,7 @@ class Routes:
         return self.plan.caregiver_cells[min(within_reach, key=worth)]
 
     def _indices(self, cells: Iterable[Cell]) -> frozenset[int]:
-        """Indices of cells, save those on which nobody can stand."""
+        """Indices of cells, except those on which the base cannot stand."""
         return frozenset(self.plan.cell_index[cell] for cell in cells if cell in self.plan.cell_index)
 
 

@@ -55,7 +55,7 @@ class Pick(AtTable):
     def _approach(self, view: View, robot: RobotMotion) -> Status:
         x, y, z = view.candles[self.candle].tolist()
         if not view.stands_on_table(self.candle, self.table) or math.dist((x, y), self._middle) > BESIDE_TABLE:
-            return Status.OVERTAKEN  # it has fallen, or somebody else has taken it away
+            return Status.OVERTAKEN  # it has fallen, or something else has taken it away
         if not any(self._may_stand(view, cell) for cell in self._beside):
             return Status.OVERTAKEN  # it has been moved
         goal, cell, yaw = self._stand_at_table(view, (x, y), hand=(-self.embodiment.grasp.depth, 0.0))

@@ -46,7 +46,7 @@ class Place(AtTable):
         self._spot: Vector | None = None
         self._spot_seen_from: Cell | None = None
         self._look_at, self._full_until = 0.0, math.inf
-        self._told = math.inf  # metres, height of the hand that was told a control timestep ago
+        self._commanded = math.inf  # m; commanded height of the hand, a control timestep ago
 
     def _approach(self, view: View, robot: RobotMotion) -> Status:
         # Fingers that are closer than it is wide may still hold it, by its edge.
@@ -86,9 +86,9 @@ class Place(AtTable):
     def _has_landed(self, view: View, robot: RobotMotion) -> bool:
         """Whether the candle stands on the table before it should: the hand does not come down any more."""
         arm, path = arm_of(self.embodiment), robot.reach_path
-        told, self._told = self._told, float(arm.pinch(path.joints(robot.reached))[2])
-        is_near = self._told - float(arm.pinch(path.joints(path.goal))[2]) < _LANDS_WITHIN
-        return is_near and float(arm.pinch(view.arm)[2]) - told > _LANDED
+        commanded, self._commanded = self._commanded, float(arm.pinch(path.joints(robot.reached))[2])
+        is_near = self._commanded - float(arm.pinch(path.joints(path.goal))[2]) < _LANDS_WITHIN
+        return is_near and float(arm.pinch(view.arm)[2]) - commanded > _LANDED
 
     def _release(self, view: View, robot: RobotMotion) -> Status:
         if view.fingers > 2 * (self.thing.radius + LOOSE):
