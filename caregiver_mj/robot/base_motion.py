@@ -27,7 +27,7 @@ _SAME_WAY = math.cos(math.radians(25.0))  # of the angle between motion and new 
 
 
 class BaseMotion:
-    """Where the base shall be, now and next.
+    """References of the base, now and in future.
 
     Times are seconds since the start of the episode, positions metres in the house.
 

@@ -51,7 +51,7 @@ Restrain = Callable[[Vector, Vector], tuple[Vector, bool]]
 
 
 class RobotMotion(BaseMotion):
-    """Where the robot shall be, now and next.
+    """References of the robot, now and in future.
 
     Times are seconds since the start of the episode, positions metres in the house, angles radians.
 
@@ -130,7 +130,7 @@ class RobotMotion(BaseMotion):
         self._yaw.stop(self.now)
 
     def turn_gently(self, rate: float = math.inf) -> None:
-        """Have the base turn slowly, from its next goal on and until the gripper opens: a candle slips in the hand.
+        """Limit turns, from the next goal on and until the gripper opens: a candle slips in the hand.
 
         Args:
             rate: At most, rad/s, for something that slips sooner; it turns no faster again before that.
@@ -141,7 +141,7 @@ class RobotMotion(BaseMotion):
             self._turn_within(limits)
 
     def bound_turning(self, rate: float) -> None:
-        """Have the base turn no faster than this from now on, rad/s: the child may come near."""
+        """Limit the rate of turns from now on, rad/s, because a child is near."""
         full, present = self._turning.velocity, self._yaw.limits.velocity
         rate = min(full, max(rate, _LEAST_TURN))
         if rate == present:  # most of the time
@@ -156,7 +156,7 @@ class RobotMotion(BaseMotion):
             self._yaw.set_limits(self._yaw.limits, self.now)
 
     def _turn_within(self, limits: Limits) -> None:
-        """Have the base turn within limits from its next goal on, and within the bound that is in force."""
+        """Set limits of turns from the next goal on, within the bound in force."""
         self._turning = limits
         self._yaw.set_limits(dataclasses.replace(limits, velocity=min(limits.velocity, self._turn_bound)))
 

@@ -1,4 +1,4 @@
-"""Pick up: to take something small off the floor, and to put it into the robot's tray."""
+"""Pick up: take a small thing off the floor and put it into the robot's tray."""
 
 from __future__ import annotations
 
@@ -199,7 +199,7 @@ class PickUp(Reaching):
         return Status.COMMITTED
 
     def _free_spot(self, view: View) -> float:
-        """Where along the tray it is farthest from what lies there, one of `TRAY_SPOTS`."""
+        """Return the spot of the tray, one of `TRAY_SPOTS`, that is farthest from its contents."""
         tray = self.embodiment.tray
         assert tray is not None  # the hand's way leads there
         places = [(*geometry.to_local(view.base, (x, y)), z) for x, y, z in view.things.tolist()]
@@ -245,7 +245,7 @@ class PickUp(Reaching):
             robot.turn_to(self._yaw)
 
     def _withdraw(self, view: View, robot: RobotMotion) -> None:
-        """Have the hand come back by the poses that it went out by."""
+        """Retract the hand through the same poses."""
         self._begin(view, self._come_back, *map(float, range(max(0, math.ceil(robot.reached) - 1), -1, -1)))
 
     def _come_back(self, view: View, robot: RobotMotion) -> Status:
@@ -303,11 +303,11 @@ class PickUp(Reaching):
         return False
 
     def _height(self, joints: np.ndarray) -> float:
-        """How high above the floor the fingertips of a hand that points down are, metres."""
+        """Return the height of the fingertips of a hand that points down, m."""
         return float(arm_of(self.embodiment).pinch(joints)[2]) - self.embodiment.fingertip
 
     def _is_in_hand(self, view: View) -> bool:
-        """Whether the fingers have not closed on nothing, and the thing is seen between them."""
+        """Return whether the fingers hold something, and the thing is seen between them."""
         near = math.dist(self._place(view), hand_position(view, self.embodiment)) < _IN_HAND
         return near and view.fingers > 2 * layout.THING_RADIUS - _EMPTY
 
