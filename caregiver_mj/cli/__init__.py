@@ -93,6 +93,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         with _terminated_in_order():
             arguments = make_parser(argv).parse_args(argv)
             arguments.argv = argv
+            if arguments.no_cache:
+                os.environ["CAREGIVER_MJ_CACHE"] = ""  # for worker processes, too
             # Libraries could import modules from a folder with a stranger's run.
             reads = arguments.command in _READERS and not getattr(arguments, "trust", False)
             with contextlib.nullcontext() if reads else modules_of_the_folder():
@@ -144,6 +146,8 @@ def make_parser(argv: Sequence[str] | None = None) -> Parser:
     parser = Parser(prog=PROGRAM, description="A robot caregiver, toddlers, and a house with stairs and candles.")
     version = importlib.metadata.version("caregiver_mj")
     parser.add_argument("--version", action="version", version=f"{PROGRAM} {version}", help="print the version")
+    text = "work out value tables anew instead of reading them from the user's cache folder"
+    parser.add_argument("--no-cache", action="store_true", help=text)
     commands = parser.add_subparsers(title="commands", dest="command", metavar="COMMAND", required=True)
     for name, (module, text) in _COMMANDS.items():
         command = commands.add_parser(name, help=text, description=text)

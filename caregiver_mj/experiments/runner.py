@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import dm_env
 import numpy as np
 
 from caregiver_mj.caregivers.answers import ReplayedCaregiver, kept, packed, replayed, unpacked
@@ -36,18 +37,26 @@ class DivergenceError(CaregiverError):
 class HouseRollout(Rollout):
     """An episode in the house, control step by control step.
 
+    It has the same states as `env.step` with the same actions, and makes only those time steps that somebody reads.
+
     Attributes:
-        env: The `dm_env.Environment`.
+        env: The environment, of `caregiver_mj.tasks.load`.
         policy: The policy; None for a baseline, or if actions come from outside.
-        timestep: The last `dm_env.TimeStep`.
         action: The policy's answer to it, zeros without a policy; None at the end of the episode.
         steps: Control steps done.
         which: Name of the episode in messages.
     """
 
     def __init__(self, env: Any, policy: Any = None):
+        from caregiver_mj.house.rendering import control  # here, for the grid does without MuJoCo
+
+        self._physics_error = control.PhysicsError
         self.env, self.policy, self.which = env, policy, "the episode"
         self._nothing = np.zeros(env.action_spec().shape)
+        seconds = env.control_timestep()
+        self._substeps, self._length = round(seconds / env.physics.timestep()), env.task.time_limit / seconds
+        self._timestep: dm_env.TimeStep | None = None
+        self._discount: float | None = None  # of the last time step of an episode
 
     @property
     def caregiver(self) -> Caregiver | None:
@@ -60,7 +69,16 @@ class HouseRollout(Rollout):
 
     @property
     def over(self) -> bool:
-        return self.timestep.last()
+        return self._discount is not None
+
+    @property
+    def timestep(self) -> dm_env.TimeStep:
+        """The last time step."""
+        if self._timestep is None:
+            task, physics = self.env.task, self.env.physics
+            kind, discount = (dm_env.StepType.LAST, self._discount) if self.over else (dm_env.StepType.MID, 1.0)
+            self._timestep = dm_env.TimeStep(kind, task.get_reward(physics), discount, task.get_observation(physics))
+        return self._timestep
 
     @property
     def seconds(self) -> float:
@@ -70,7 +88,7 @@ class HouseRollout(Rollout):
     def begin(self, seed: int) -> None:
         """Begin the episode with a seed."""
         self.env.task.reseed(episode_random(seed))
-        self.timestep, self.steps = self.env.reset(), 0
+        self._timestep, self._discount, self.steps = self.env.reset(), None, 0
         self.decide()
 
     def step(self) -> None:
@@ -80,17 +98,22 @@ class HouseRollout(Rollout):
         """Run one control step with an action, from outside or the policy's.
 
         Raises:
-            DivergenceError: The simulation diverged; `timestep` remains the last good one.
+            DivergenceError: The simulation diverged.
         """
-        from caregiver_mj.house.rendering import control  # here, for the grid does without MuJoCo
-
+        task, physics = self.env.task, self.env.physics
         try:
-            self.timestep = self.env.step(action)
-        except control.PhysicsError:
+            task.before_step(action, physics)
+            physics.step(self._substeps)
+        except self._physics_error:
             raise DivergenceError(
-                f"actions made the simulation diverge at {self.env.physics.time():.1f} s of {self.which}"
+                f"actions made the simulation diverge at {physics.time():.1f} s of {self.which}"
             ) from None
+        task.after_step(physics)
         self.steps += 1
+        self._timestep = None
+        if not (self.policy or task.sensing.is_exact):
+            task.get_observation(physics)  # its delay is counted in observations
+        self._discount = 1.0 if self.steps >= self._length else task.get_termination(physics)
         self.decide()
 
     def decide(self) -> None:

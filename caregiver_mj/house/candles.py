@@ -1,4 +1,4 @@
-"""The candles of the house: which of them stand, on which tables, and how one is carried."""
+"""The candles of the house: upright or fallen, their tables, and the carried one."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ _LENGTH = 0.30  # metres from the fingertips' middle to the farthest of a candle
 
 
 class Candles:
-    """Looks after the candles of one episode.
+    """Tracks the candles of one episode.
 
     Attributes:
-        table_rectangles: Where the tables really are, (tables, 4), metres; see `plans.layout`.
-        table_heights: How high their tops are, (tables,), metres.
+        table_rectangles: Actual rectangles of the tables, (tables, 4), m; see `plans.layout`.
+        table_heights: Heights of their tops, (tables,), m.
         starting_tables: Index of the table on which each candle stood when the episode began.
     """
 
@@ -41,7 +41,7 @@ class Candles:
         self.reset([])
 
     def reset(self, starting_tables: Sequence[int]) -> None:
-        """Begin an episode, in which all of them stand, each on a table."""
+        """Begin an episode with each candle on a table."""
         self.starting_tables = list(starting_tables)
         self._fallen: set[int] = set()
 
@@ -51,7 +51,7 @@ class Candles:
         return high & (physics.candle_upright() > np.cos(np.radians([kind.upset for kind in physics.carried])))
 
     def count_fallen(self, physics: Physics) -> int:
-        """Return how many have fallen over, or down, since the last look."""
+        """Return how many have fallen since the last call."""
         fallen = set(np.flatnonzero(~self.standing(physics)).tolist())
         count = len(fallen - self._fallen)
         self._fallen = fallen

@@ -1,4 +1,4 @@
-"""The children of a house together: who goes first, who waits for whom, and how the robot touches them."""
+"""The children of a house: their order, who waits for whom, and their contacts."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Children(Sequence[HouseChild]):
             self._bodies[number].reset(self[number].walk)
 
     def begin(self, timestep: int, random: np.random.RandomState, physics: Physics) -> None:
-        """Have them set out one after the other; none goes where another is or, if that has set out, will be."""
+        """Begin their moves in turn; none enters the present or coming cell of another."""
         caregiver_cell = NOTHING
         if physics.has_robot:  # the cell that is nearest to its base
             robot, index = physics.base_position()[:2].tolist(), self._plan.cell_index
@@ -75,7 +75,7 @@ class Children(Sequence[HouseChild]):
             child.begin(timestep, random, caregiver_cell, taken)
 
     def step(self, seconds: float, physics: Physics) -> None:
-        """Have them walk on."""
+        """Advance their walks."""
         robot = physics.base_position()[:2].tolist() if physics.has_robot else None
         for number, child in enumerate(self._children):
             child.step(seconds)
@@ -89,7 +89,7 @@ class Children(Sequence[HouseChild]):
             figure.step(child.walk, child.mood, robot, seconds)
 
     def take_in(self, physics: Physics, candles: Candles) -> None:
-        """Have them take in what they touched in the last control timestep."""
+        """Process their contacts of the last control timestep."""
         if not physics.touches:  # most of the time
             for child in self._children:
                 child.touched = ()
@@ -105,11 +105,11 @@ class Children(Sequence[HouseChild]):
         return np.flatnonzero(self.state[self._gates] == State.SHUT).tolist()
 
     def hurt(self, number: int, kind: str) -> None:
-        """Have one of them hurt itself at a kind of thing."""
+        """Record that a kind of thing hurts one of them."""
         self[number].hurt(kind)
         self.harm = max(self.harm, self[number].move.harm)
 
     def end(self) -> list[Booking]:
-        """End their moves, and return what came of each."""
+        """End their moves and return the result of each."""
         self.harm = 0.0
         return [child.end() for child in self]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import collections
 from collections.abc import Mapping
 from typing import Any
 
@@ -60,14 +59,14 @@ class Observer:
             CaregiverError: A number of the sensing is out of range, or the sight is unknown.
         """
         self.sensing, self.sight = Sensing.of(sensing), Sight.of(sight)
-        self._plan, self._has_robot = plan, has_robot
+        self._plan = plan
         self._eyes = RobotEyes(plan, self.sight) if has_robot and not self.sight.is_full else None
         exact = self.sensing.is_exact
         self._sensor = None if exact else Sensor(self.sensing, control_timestep, tables, layout.things(plan))
-        self._shown = 0 if children == 1 else slice(None)  # a single child has no dimension
         self.seen, self._cells_seen = np.ones(children, bool), np.ones((len(plan.free_cells), len(PLACES)))
-        self._things_seen: list[np.ndarray] = []  # candles, things on the floor, and gates
-        self._things_shown: dict[int, np.ndarray] = {}
+        # By key of observations: which things are in view, none for full sight; and what is shown of them.
+        self._things_seen: dict[str, np.ndarray] = {}
+        self._things_shown: dict[str, np.ndarray] = {}
 
     def reset(self, physics: Physics, seed: int) -> None:
         """Begin an episode with a seed of its errors."""
@@ -91,44 +90,33 @@ class Observer:
 
     def _all_in_sight(self, physics: Physics) -> dict[str, np.ndarray]:
         """Return the observation of everything in view, without errors."""
-        observation: dict[str, np.ndarray] = collections.OrderedDict()
-        places, rates = physics.toddler_positions(), physics.toddler_velocities()
+        observation: dict[str, np.ndarray] = {}
         if not self.sight.is_full:
-            places[~self.seen] = rates[~self.seen] = 0.0
             observation["toddler_seen"] = self.seen.astype(float)
             observation["cell_seen"] = self._cells_seen.astype(float)
-        observation["toddler_position"], observation["toddler_velocity"] = places[self._shown], rates[self._shown]
-        if self._plan.candle_tables:
-            poses = self._as_last_seen(0, physics.candle_poses())
-            observation["candle_position"] = poses[:, :3]
-            observation["candle_orientation"] = poses[:, 3:]
-        if self._plan.floor_cells:
-            observation["battery_position"] = self._as_last_seen(1, physics.thing_positions())
-        if self._plan.mouths:
-            observation["gate_position"] = self._as_last_seen(2, physics.gate_positions())
-        if self._has_robot:
-            observation["base_position"] = physics.base_position()
-            observation["base_velocity"] = physics.base_velocity()
-            observation["arm_position"] = physics.arm_position()
-            observation["arm_velocity"] = physics.arm_velocity()
-            observation["finger_position"] = physics.finger_position()
+        for key, view in physics.live.items():
+            observation[key] = view.copy()
+        if not self.sight.is_full:
+            for key in ("toddler_position", "toddler_velocity"):
+                np.atleast_2d(observation[key])[~self.seen] = 0.0
+        for key in observation.keys() & self._things_seen.keys():  # those out of view are as last seen, or at first
+            shown, seen = self._things_shown.setdefault(key, observation[key]), self._things_seen[key]
+            shown[seen] = observation[key][seen]
+            observation[key] = shown.copy()
         return observation
-
-    def _as_last_seen(self, kind: int, poses: np.ndarray) -> np.ndarray:
-        """Return poses of things: for those out of view, the last seen or initial ones."""
-        if not self._things_seen:  # full sight
-            return poses
-        shown = self._things_shown.setdefault(kind, poses.copy())
-        seen = self._things_seen[kind]
-        shown[seen] = poses[seen]
-        return shown.copy()
 
     def _look(self, physics: Physics) -> None:
         """Update which children, things and cells are in view."""
         if self._eyes:
             self.seen, things, self._cells_seen = self._eyes.look(physics)
             candles, lying = len(self._plan.candle_tables), len(self._plan.floor_cells)
-            self._things_seen = np.split(things, [candles, candles + lying])
+            on_tables, on_floor, gates = np.split(things, [candles, candles + lying])
+            self._things_seen = {
+                "candle_position": on_tables,
+                "candle_orientation": on_tables,
+                "battery_position": on_floor,
+                "gate_position": gates,
+            }
 
 
 class RobotEyes:

@@ -30,6 +30,7 @@ from caregiver_mj.robot.view import loose
 EYE = "eye"  # the robot's camera
 _SPRUNG = 0.002  # m; greatest travel of the bolt of a latched gate
 _HIDES = np.array([group in (OPAQUE, 3) for group in range(mujoco.mjNGROUP)], np.uint8)  # groups of opaque geoms
+_SMALL = 256  # pixels; in smaller pictures shadows take three quarters of the time without a graphics card
 _DENSE = 150  # degrees of freedom up to which dense Jacobians are faster; house `paper` has 43
 # Of a pickled simulation: data, robot, state of its ramp, numbers of what is awake, and states of the figures.
 _Pickled = tuple[wrapper.MjData, Embodiment | None, RampState | None, dict[str, int], list[dict[str, float]]]
@@ -42,6 +43,7 @@ class Physics(OffscreenRendering, engine.Physics):
     Attributes:
         touches: All contacts of the children during the last `step`.
         touch_reader: Reads the contacts.
+        live: Views of the state, by key of observations, in their order; copy what you keep.
         figures: Visible bodies of the children; none without visuals.
         carried: Kind of each candle.
         embodiment: The robot in the house, or None.
@@ -104,7 +106,7 @@ class Physics(OffscreenRendering, engine.Physics):
     def _reload_from_data(self, data: wrapper.MjData) -> None:
         super()._reload_from_data(data)
         model, raw = self.model.ptr, self.data.ptr
-        self._raw, self._qpos, self._timestep = (model, raw), raw.qpos, float(model.opt.timestep)
+        self._raw, self._timestep = (model, raw), float(model.opt.timestep)
         joints = {model.joint(i).name for i in range(model.njnt)}
         children = next(k for k in itertools.count() if child_joints(k)[0] not in joints)
         names = itertools.chain.from_iterable(map(child_joints, range(children)))
@@ -114,19 +116,20 @@ class Physics(OffscreenRendering, engine.Physics):
         forces = raw.qfrc_applied[first : first + 3 * children].reshape(-1, 3)
         self._toddlers = list(zip(self._toddler_positions, self._toddler_velocities, forces, strict=True))
         self.touch_reader = TouchReader(model, raw, children)
-        self.carried, self._candle_rows = _free_things(model, Where.ON_TABLE)
-        _, self._thing_rows = _free_things(model, Where.FLOOR)
-        free = np.searchsorted(model.jnt_qposadr, self._thing_rows[:, 0])  # their joints, in this order
-        self._thing_bodies = model.jnt_bodyid[free].tolist()
-        self._thing_velocities = [raw.qvel[dof : dof + 6] for dof in model.jnt_dofadr[free].tolist()]
+        self.carried, self._candles = _free_things(model, raw, Where.ON_TABLE)
+        _, self._things = _free_things(model, raw, Where.FLOOR)
+        first = len(self._candles)  # the free joints of things come after those of candles
+        self._thing_bodies = model.jnt_bodyid[first : first + len(self._things)].tolist()
+        dofs = model.jnt_dofadr[first : first + len(self._things)].tolist()
+        self._thing_velocities = [raw.qvel[dof : dof + 6] for dof in dofs]
         self._loose = loose([layout.thing(kind) for kind in self.carried])
         in_order = (model.joint(i).name for i in range(model.njnt))
         gates = [name.removesuffix("hinge") for name in in_order if name.endswith("/hinge")]
-        self._hinges, self._bolts = (
-            np.array([model.joint(gate + joint).qposadr[0] for gate in gates], int) for joint in ("hinge", "latch")
-        )
+        self._gates = np.empty((0, 2))
+        if gates:
+            hinges_and_bolts = [gate + joint for gate in gates for joint in ("hinge", "latch")]
+            self._gates = joint_views(model, raw, hinges_and_bolts)[0].reshape(-1, 2)
         self._panels = [model.geom(f"{gate}panel").id for gate in gates]
-        self._latches = list(zip(self._hinges.tolist(), self._bolts.tolist(), strict=True))
         self._embody(self.embodiment)
         self.figures = [Figure(model, child_prefix(k)) for k in range(children)] if self._has_visuals() else []
         self.touches: list[Touch] = []
@@ -147,9 +150,26 @@ class Physics(OffscreenRendering, engine.Physics):
         robot = None if embodiment is None else RobotBody(embodiment, *self._raw)
         self._robot: RobotBody = robot  # type: ignore[assignment]  # readouts of the robot require one
         self.touch_reader.robot = robot
+        self.live = self._views(robot)
         if robot is not None and ramp is not None:
             robot.ramp.state = ramp
         self._action_shape = (0 if embodiment is None else embodiment.layout.size,)
+
+    def _views(self, robot: RobotBody | None) -> dict[str, np.ndarray]:
+        children: tuple[int, ...] = (0,) if len(self._toddlers) == 1 else ()  # a single child has no dimension
+        views = {
+            "toddler_position": self._toddler_positions[children],
+            "toddler_velocity": self._toddler_velocities[children],
+            "candle_position": self._candles[:, :3],
+            "candle_orientation": self._candles[:, 3:],
+            "battery_position": self._things[:, :3],
+            "gate_position": self._gates[:, 0],
+        }
+        if robot is not None:
+            views["base_position"], views["base_velocity"] = robot.base
+            views["arm_position"], views["arm_velocity"] = robot.arm
+            views["finger_position"] = robot.fingers[0]
+        return {key: view for key, view in views.items() if len(view)}
 
     @property
     def has_robot(self) -> bool:
@@ -188,7 +208,9 @@ class Physics(OffscreenRendering, engine.Physics):
         segmentation: bool = False,
         **options: Any,
     ) -> np.ndarray:
-        """Render a picture, as dm_control does; for the robot's `eye`, walls go up to the ceiling and cast no shadows.
+        """Render a picture, as dm_control does, but small pictures, and those of the robot's `eye`, without shadows.
+
+        For the `eye`, walls go up to the ceiling. `render_flag_overrides={"shadow": True}` draws shadows.
 
         Args:
             height: Pixels.
@@ -199,10 +221,11 @@ class Physics(OffscreenRendering, engine.Physics):
             segmentation: Whether to return numbers and types of objects, (height, width, 2).
             options: Further ones of `dm_control.mujoco.Physics.render`.
         """
-        if camera_id == EYE or camera_id == mujoco.mj_name2id(self._raw[0], mujoco.mjtObj.mjOBJ_CAMERA, EYE) >= 0:
+        is_eye = camera_id == EYE or camera_id == mujoco.mj_name2id(self._raw[0], mujoco.mjtObj.mjOBJ_CAMERA, EYE) >= 0
+        if is_eye:
             options.setdefault("scene_callback", raise_walls)
-            if not (depth or segmentation):  # which have no flags
-                options.setdefault("render_flag_overrides", {"shadow": False})
+        if (is_eye or max(height, width) < _SMALL) and not (depth or segmentation):  # which have no flags
+            options.setdefault("render_flag_overrides", {"shadow": False})
         return super().render(height, width, camera_id, overlays, depth, segmentation, **options)
 
     def camera(self, name: str, width: int, height: int) -> engine.Camera:
@@ -285,7 +308,7 @@ class Physics(OffscreenRendering, engine.Physics):
 
     def candle_poses(self) -> np.ndarray:
         """Return the position of each candle's foot (m) and its orientation (quaternion), (candles, 7)."""
-        return self._qpos[self._candle_rows]
+        return self._candles.copy()
 
     def candle_upright(self) -> np.ndarray:
         """Return the cosine of each candle's tilt, (candles,)."""
@@ -294,7 +317,7 @@ class Physics(OffscreenRendering, engine.Physics):
 
     def thing_positions(self) -> np.ndarray:
         """Return the foot of each small thing that initially lay on the floor, (things, 3), m."""
-        return self._qpos[self._thing_rows[:, :3]]
+        return self._things[:, :3].copy()
 
     def robot_touches_thing(self, index: int) -> bool:
         """Return whether the robot touches a small thing."""
@@ -304,7 +327,7 @@ class Physics(OffscreenRendering, engine.Physics):
 
     def gate_positions(self) -> np.ndarray:
         """Return the opening angle of each gate, (gates,), rad."""
-        return self._qpos[self._hinges]
+        return self._gates[:, 0].copy()
 
     def panel_positions(self) -> np.ndarray:
         """Return the middle of each gate's panel, (gates, 3), m."""
@@ -312,8 +335,7 @@ class Physics(OffscreenRendering, engine.Physics):
 
     def gates_latched(self) -> list[bool]:
         """Return whether each gate is closed with its bolt behind the keeper."""
-        q = self._qpos
-        return [bool(q[hinge] < layout.GATE_SHUT and q[bolt] < _SPRUNG) for hinge, bolt in self._latches]
+        return [hinge < layout.GATE_SHUT and bolt < _SPRUNG for hinge, bolt in self._gates.tolist()]
 
     def action_spec(self) -> specs.BoundedArray:
         """Return the specification of actions, see `RobotBody.action_spec`; it is empty without a robot."""
@@ -379,16 +401,16 @@ class Physics(OffscreenRendering, engine.Physics):
 
     def set_candle(self, index: int, position: np.ndarray, yaw: float) -> None:
         """Place a candle upright, at the start of an episode."""
-        self._qpos[self._candle_rows[index]] = [*position, math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)]
+        self._candles[index] = [*position, math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)]
 
     def set_thing(self, index: int, place: Sequence[float], yaw: float = 0.0) -> None:
         """Place a small thing at rest: at the start of an episode, or when a child has taken it."""
-        self._qpos[self._thing_rows[index]] = [*place, math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)]
+        self._things[index] = [*place, math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)]
         self._thing_velocities[index][:] = 0.0
 
     def set_gates(self, angle: float = layout.GATE_OPEN) -> None:
         """Set the opening angle of all gates, rad, at the start of an episode."""
-        self._qpos[self._hinges] = angle
+        self._gates[:, 0] = angle
 
     # -- Stepping --------------------------------------------------------------------------------
 
@@ -432,10 +454,10 @@ def compile_house(spec: mujoco.MjSpec) -> mujoco.MjModel:
     return model
 
 
-def _free_things(model: mujoco.MjModel, where: Where) -> tuple[tuple[HazardKind, ...], np.ndarray]:
-    """Return the kinds of the free things in one place of the plan, and the indices of their poses in qpos, (n, 7)."""
+def _free_things(model: mujoco.MjModel, data: mujoco.MjData, where: Where) -> tuple[tuple[HazardKind, ...], np.ndarray]:
+    """Return the kinds of the free things in one place of the plan, and their poses, a view of qpos, (n, 7)."""
     names = [model.joint(i).name for i in range(model.njnt)]
     counts = [(kind, sum(name.startswith(f"{kind}_") for name in names)) for kind in kinds_at(where)]
-    first = [model.joint(f"{kind}_{i}/joint").qposadr[0] for kind, count in counts for i in range(count)]
     kinds = tuple(kind for kind, count in counts for _ in range(count))
-    return kinds, np.array(first, int)[:, None] + np.arange(7)
+    first = next((model.joint(f"{kind}_0/joint").qposadr[0] for kind, count in counts if count), 0)
+    return kinds, data.qpos[first : first + 7 * len(kinds)].reshape(-1, 7)  # in this order, see `build_house`

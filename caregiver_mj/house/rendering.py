@@ -227,7 +227,7 @@ def make_context(max_width: int, max_height: int) -> base.ContextBase:
 
 
 class OffscreenRendering:
-    """Mixin for a dm_control `Physics` that renders with `make_context`, whoever imported dm_control first."""
+    """Mixin for a dm_control `Physics` that renders with `make_context`, even if dm_control was imported before."""
 
     model: Any  # as dm_control wraps it
     _contexts: Any
@@ -237,7 +237,7 @@ class OffscreenRendering:
         """Have pictures of a size in pixels fit, as those do that fit already, and the model's `vis` take effect."""
         size = self.model.vis.global_
         size.offwidth, size.offheight = max(size.offwidth, width), max(size.offheight, height)
-        if self._contexts:  # somebody has rendered before, such as a policy
+        if self._contexts:  # of earlier pictures, such as a policy's
             self._free_rendering_contexts()
 
     def _make_rendering_contexts(self) -> None:

@@ -22,7 +22,7 @@ from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.robot_model import add_tray, read_spec
 
-# What further children wear, in turn; the first one's clothes are those of its model. So they can be told apart.
+# Clothes of further children, in turn, which tell them apart; the first one's are those of its model.
 _CLOTHES = (
     {"shirt": (0.55, 0.78, 0.60, 1.0), "dungarees": (0.62, 0.30, 0.36, 1.0), "hair": (0.20, 0.14, 0.10, 1.0)},
     {"shirt": (0.86, 0.52, 0.62, 1.0), "dungarees": (0.33, 0.45, 0.38, 1.0), "hair": (0.80, 0.62, 0.34, 1.0)},

@@ -1,4 +1,4 @@
-"""Small things that lie on the floor: what children take, and where it is then."""
+"""Small things on the floor, and those that children have taken."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _MOUTH = 0.09, 0.62  # metres ahead of a child's axis, and above the floor: insi
 
 
 class Things:
-    """Looks after the small things of one episode.
+    """Tracks the small things of one episode.
 
     A child takes what lies in the cell that it comes into, as in the grid, unless the robot has got hold of it. It has
     no hands: from then on the thing is put, at every control timestep, where the child's mouth is. That alone is not
@@ -34,7 +34,7 @@ class Things:
         self._is_off = [False] * len(self._kinds)  # the floor
 
     def reset(self, physics: Physics, random: np.random.RandomState) -> None:
-        """Lay each into its cell, for the start of an episode."""
+        """Place each in its cell at the start of an episode."""
         for i, cell in enumerate(self._plan.floor_cells):
             middle = self._plan.position(self._plan.free_cells[cell])
             place = middle + random.uniform(-_OFFSET, _OFFSET, size=2)
@@ -42,7 +42,7 @@ class Things:
             self._taken[i], self._is_off[i] = NOTHING, False
 
     def go_along(self, physics: Physics) -> None:
-        """Have what children have taken go where they go."""
+        """Move the things that children have taken along with them."""
         ahead, height = _MOUTH
         for i, child in enumerate(self._taken):
             if child != NOTHING:
@@ -50,7 +50,7 @@ class Things:
                 physics.set_thing(i, (*geometry.to_world((x, y, yaw), (ahead, 0.0)), height), yaw)
 
     def take_in(self, physics: Physics, children: Children) -> None:
-        """Take in what is off the floor, and what children have taken, in the last control timestep."""
+        """Update which things are off the floor or taken, after a control timestep."""
         for i, place in enumerate(physics.thing_positions().tolist()):
             is_off = self._taken[i] != NOTHING or place[2] > OFF_FLOOR
             if not is_off:
@@ -65,6 +65,6 @@ class Things:
                 states[i] = State.GONE if is_off else State.AS_PLANNED
 
     def _is_at(self, child: Vector, place: Sequence[float]) -> bool:
-        """Whether a child is in the cell of a place."""
+        """Return whether a child is in the cell of a place."""
         is_near = math.dist(child, place[:2]) < _FARTHEST * self._plan.cell_size
         return is_near and self._plan.cell_at(child) == self._plan.cell_at(place)

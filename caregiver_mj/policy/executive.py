@@ -27,7 +27,6 @@ class Executive:
 
     Attributes:
         routine: The intervention under way, or None.
-        assessment: The numbers behind the last decision, or None.
         begun: Interventions begun in this episode.
         done: Interventions completed, such as a stairwell reached or a candle put down.
         left: States in which they left hazards for good, by hazard.
@@ -57,11 +56,19 @@ class Executive:
     def reset(self) -> None:
         """Begin an episode; `CaregiverPolicy` resets the caregiver, with the episode's seed."""
         self.routine: Routine | None = None
-        self.assessment: Assessment | None = None
+        self._assessment: Assessment | None = None
+        self._decided: Percept | None = None  # of the last decision, if that has not been assessed
         self.begun = self.done = 0
         self.left: dict[int, State] = {}
         self._means.cooldowns.forget()
         self._was_done = False  # whether the present intervention is completed, and goes on
+
+    @property
+    def assessment(self) -> Assessment | None:
+        """The numbers behind the last decision, if the caregiver has such; worked out when a display asks for them."""
+        if self._decided is not None:
+            self._assessment, self._decided = self._caregiver.assess(self._decided), None
+        return self._assessment
 
     @property
     def holding(self) -> int:
@@ -99,7 +106,9 @@ class Executive:
             self._caregiver.watch(percept)
             if self._truth and isinstance(self._caregiver, PrivilegedCaregiver):
                 self._caregiver.hear(self._truth())
-        self.assessment = self._caregiver.assess(percept)
+        self._decided = percept
+        if percept.belief is not None:  # which the tracker changes before the next decision
+            self._assessment, self._decided = self._caregiver.assess(percept), None
         if self.routine and not self.routine.skill.status.interruptible:
             return
         wanted = answer(self._caregiver, percept)[0]

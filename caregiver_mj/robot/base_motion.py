@@ -14,7 +14,7 @@ from caregiver_mj.robot.scalar_motion import NOTHING, PathError, ScalarMotion
 
 _CORNER_DEVIATIONS = (0.2, 0.12, 0.06)  # metres by which corners of a path are cut, if there is room
 _CHECK_INTERVAL = 0.08  # seconds between the points of a path that are checked for room
-_LOOKS = 33  # points of a line that are checked likewise
+_LOOKS = 33  # points of a line that are checked for room
 
 # The path is played back at a rate of 0 to 1, to slow down on it. The slower the path itself is, the quicker the rate
 # may change; below this speed it makes no difference any more.
@@ -27,7 +27,7 @@ _SAME_WAY = math.cos(math.radians(25.0))  # of the angle between motion and new 
 
 
 class BaseMotion:
-    """Where the base shall be, now and next.
+    """References of the base, now and in future.
 
     Times are seconds since the start of the episode, positions metres in the house.
 
@@ -103,14 +103,14 @@ class BaseMotion:
         self._hold(position)
         self.stops = True
         if math.hypot(*velocity) > _AT_REST:
-            self._path = BasePath.to_rest(position, velocity, acceleration, self.limits.as_told)
+            self._path = BasePath.to_rest(position, velocity, acceleration, self.limits.as_commanded)
             self._playback = ScalarMotion(Limits(1.0, 1.0, 1.0), 0.0)
             self._playback.run_at(1.0, self.now, at_once=True)
 
     def set_rate(self, rate: float) -> None:
         """Set the share, 0 to 1, of its planned speed at which the base moves along its path.
 
-        It holds for one control timestep: a base at which nobody looks any more stops.
+        It holds for one control timestep; without another call the base stops.
         """
         self.is_watched = True
         if self._path is None or self.stops:
@@ -160,7 +160,7 @@ class BaseMotion:
 
     @property
     def is_driving(self) -> bool:
-        """Whether the base has a path to follow, be it that it waits on it."""
+        """Whether the base has a path to follow, also one on which it waits."""
         return self._path is not None
 
     @property

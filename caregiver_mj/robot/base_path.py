@@ -16,7 +16,7 @@ from caregiver_mj.robot.scalar_motion import NOTHING, PathError, extremes, param
 
 _OVERSHOOT = 0.003  # metres beyond the end of a line that are none
 _TURN_IN_LENGTHS = (0.5, 0.8, 1.2, 1.8, 2.6)  # metres in which a new path may be entered at speed; the quickest wins
-# Shares of a base's limits to brake with along and across its motion; what is told lags behind and must catch up.
+# Shares of a base's limits to brake with along and across its motion; commands lag behind and must catch up.
 BRAKES_ALONG, _BRAKES_ACROSS = 0.9, 0.3
 
 

@@ -1,4 +1,4 @@
-"""How the robot drives: to where a skill wants it, round children or out of their way, never faster than it could stop.
+"""Driving: to the goal of a skill, round children or out of their way, never faster than the robot can stop.
 
 A skill has a `Driver`, whose `drive` it calls once a control timestep. It plans a path, follows it at the rate that the
 children allow, yields where robot and child are in each other's way (or waits there, if it is not to yield), and gives
@@ -51,14 +51,14 @@ TIME_OUT = 10.0
 
 
 class Driver:
-    """Drives the base to where a skill wants it.
+    """Drives the base to the goal of a skill.
 
     Attributes:
-        goal: Where the base shall stand, (x, y) in metres, when a way there was last looked for; None before that.
-        cell: The cell in which (or at whose border) that is, likewise.
+        goal: Position of the last plan's goal, (x, y), m; None before the first.
+        cell: Its cell, or the one at whose border it is; None before the first plan.
         aside_until: Until when, in seconds, it gets out of the way of a child that leaves it no way; a past time if it
             does not.
-        patience: How long it goes on without coming nearer.
+        patience: Its progress watchdog.
         is_loaded: Whether it drives with a candle in the hand.
     """
 
@@ -100,7 +100,7 @@ class Driver:
             yaw: Its heading there, radians; None if any will do.
 
         Returns:
-            DONE while the base is there. FAILED if it has lost patience, be it that something keeps it from its work
+            DONE while the base is there. FAILED if it has lost patience, also if something keeps it from its work
             there.
         """
         moved = self.goal is None or math.dist(goal, self.goal) > 1e-3
@@ -134,7 +134,7 @@ class Driver:
         return Status.FAILED if self.patience.is_over(view.now, _LAST_OF_WAY * on_its_way) else Status.RUNNING
 
     def turn(self, view: View, robot: RobotMotion, yaw: float) -> bool:
-        """Turn to a heading, radians, if the base may turn now, which is returned, and the hand is in."""
+        """Turn to a heading, rad, if the base may turn and the hand is in; return whether the base may turn."""
         governor.bound_turning(view, robot)
         may_turn = self._may_turn(view, robot, yaw)
         if may_turn and robot.hand_out <= self._embodiment.approach.turn:
@@ -142,7 +142,7 @@ class Driver:
         return may_turn
 
     def look(self, view: View, robot: RobotMotion) -> None:
-        """Turn to where there is most to be looked for, if that depends on the heading."""
+        """Turn to the best heading to look for children, unless the robot sees all round."""
         if view.gaze is not None:
             self.turn(view, robot, self._facing(view.gaze))
 
@@ -167,7 +167,7 @@ class Driver:
         return robot.yaw if self.is_loaded or view.gaze is None else self._facing(view.gaze)
 
     def _facing(self, yaw: float) -> float:
-        """A heading, or that which it faces already if that will do."""
+        """Return a heading, or the one that it faces already if that is near enough."""
         if not abs(math.remainder(yaw - self._faces, math.tau)) <= (_FACES_LOADED if self.is_loaded else _FACES):
             self._faces = yaw
         return self._faces
@@ -189,7 +189,7 @@ class Driver:
         return begun or self._navigator.clearance.can_turn(view.base[:2])
 
     def stands_aside(self, now: float) -> bool:
-        """Return whether it gets, or keeps, out of the way of a child that leaves it no way."""
+        """Return whether it stands aside for a child that bars its way."""
         return now < self.aside_until
 
     def refuge(self, view: View, robot: RobotMotion, start: Cell) -> Cell | None:
@@ -214,11 +214,11 @@ class Driver:
         return refuge
 
     def looks_again(self, now: float) -> bool:
-        """Return whether it is time to look at the way again."""
+        """Return whether a new plan is due."""
         return now >= self._replan_at
 
     def replan(self) -> None:
-        """Have the way looked at again, because the world has changed."""
+        """Request a new plan, because the world has changed."""
         self._replan_at = 0.0
 
     def _leads_to(self, goal: Vector, within: float = 1e-3) -> bool:
@@ -275,7 +275,7 @@ class Driver:
                     self._take(points, goal, view, robot)
 
     def _note_progress(self, view: View, cell: Cell) -> None:
-        """Take in how near the base is to its cell, by a way that knows no children."""
+        """Note the length of the shortest route to the cell, ignoring children."""
         route = self._navigator.route(self._navigator.nearest_cell(view.base[:2]), cell)
         self.patience.note(sys.maxsize if route is None else len(route), view.now)
 
@@ -315,7 +315,7 @@ class Driver:
             self._path_goal, self._way = goal, points[1:]
 
     def _waiting_cell(self, view: View, here: Vector, cell: Cell) -> Cell | None:
-        """How far to go on a way to a cell that children bar: so far that there is a free cell before them.
+        """Return the cell to wait in on a barred route: with a free cell between it and the children.
 
         At their heels it would keep them from turning round. None if it is too near already. Where it is in that cell,
         or they are on their way to stairs there, it goes on.
@@ -330,7 +330,7 @@ class Driver:
         return route[barred - 2] if barred >= 2 else None
 
     def _step_aside(self, view: View, robot: RobotMotion, here: Vector) -> tuple[Vector | None, list[Vector] | None]:
-        """Where the robot is not in the children's way, and the path there; None to stay where it is.
+        """Return a refuge out of the children's way and the path there, or None to stay.
 
         Where they bar the path, too, it leaves them as far as it can: what stands beside a child is leaned on.
         """
@@ -364,31 +364,31 @@ def _are_the_same(way: list[Vector], other: list[Vector]) -> bool:
 
 
 def _littered_cells(view: View, plan: FloorPlan) -> set[Cell]:
-    """The cells on whose floor candles or small things lie."""
+    """Return the cells in which candles or small things lie on the floor."""
     low = view.candles[:, 2] < layout.TABLE_HEIGHT / 2
     cells = {plan.cell_at(place) for place in view.candles[low, :2]} if low.any() else set()
     return cells | {plan.cell_at(place) for place in view.things[~view.things_gone, :2]} if len(view.things) else cells
 
 
 class Patience:
-    """Lasts as long as the base comes nearer to where it shall stand than it has ever been: so it comes to an end."""
+    """Progress watchdog: it ends unless the base comes nearer to its goal than ever before."""
 
     def __init__(self) -> None:
         self.begin_anew()
 
     def begin_anew(self) -> None:
-        """Forget how near it has come, because the way leads somewhere else now."""
+        """Forget the progress, because the goal has changed."""
         self._nearest = self._deadline = math.inf
 
     def note(self, left: float, now: float) -> None:
-        """Take in how long the rest of the way is, in cells, at a time in seconds."""
+        """Note the length of the remaining route, in cells, at a time in seconds."""
         if left < self._nearest:
             self._nearest, self._deadline = left, now + TIME_OUT
 
     def last_for_ever(self) -> None:
-        """Have it never end, unless the base comes still nearer."""
+        """Switch the watchdog off until the base comes nearer still."""
         self._deadline = math.inf
 
     def is_over(self, now: float, seconds: float = 0.0) -> bool:
-        """Return whether it has waited long enough, and so many seconds more."""
+        """Return whether its time ended more than some seconds ago."""
         return now > self._deadline + seconds

@@ -20,20 +20,20 @@ _COMING_BACK, _EASING, _SETTLING, _GONE = 0.15, 1.5, 0.1, 1e-4
 
 
 class FollowedVelocity:
-    """What a base is told, where it cannot be told at once what is wanted.
+    """The velocity commanded to a base that cannot have the wanted one at once.
 
     References keep these bounds by themselves; feedback does not, nor what is taken away from them or comes back.
 
     Attributes:
         limits: Its bounds.
-        told: The last velocity that the base was told, m/s.
-        acceleration: What it did to the one before, m/s^2; nothing if it was told at once.
+        commanded: The last commanded velocity, m/s.
+        acceleration: What it did to the one before, m/s^2; zero if it was commanded at once.
     """
 
     def __init__(self, limits: Limits, control_timestep: float):
         self.limits, self._timestep = limits, control_timestep
         self._wanted: Vector = (0.0, 0.0)
-        self.told: Vector = (0.0, 0.0)
+        self.commanded: Vector = (0.0, 0.0)
         self.acceleration: Vector = (0.0, 0.0)
 
     def follow(self, wanted: Vector, at_once: bool = False, goes_on: bool = True) -> Vector:
@@ -46,22 +46,22 @@ class FollowedVelocity:
         """
         if not goes_on:
             self._wanted = wanted
-        before, bounded = self.told, self._towards(wanted)
+        before, bounded = self.commanded, self._towards(wanted)
         speed, most = math.hypot(*wanted), math.hypot(*bounded)
         if not at_once:
-            self.told = bounded
+            self.commanded = bounded
         else:
-            self.told = (wanted[0] * most / speed, wanted[1] * most / speed) if speed > most else wanted
-        changed = (self.told[0] - before[0]) / self._timestep, (self.told[1] - before[1]) / self._timestep
+            self.commanded = (wanted[0] * most / speed, wanted[1] * most / speed) if speed > most else wanted
+        changed = (self.commanded[0] - before[0]) / self._timestep, (self.commanded[1] - before[1]) / self._timestep
         # It does not go on with what it had to do at once.
-        is_bounded = self.told != wanted and math.hypot(*changed) < self.limits.acceleration + _ROUNDING
+        is_bounded = self.commanded != wanted and math.hypot(*changed) < self.limits.acceleration + _ROUNDING
         self.acceleration = changed if is_bounded or not at_once else (0.0, 0.0)
         self._wanted = wanted
-        return self.told
+        return self.commanded
 
     def _towards(self, wanted: Vector) -> Vector:
         limits, step, (before_x, before_y) = self.limits, self._timestep, self.acceleration
-        off_x, off_y = wanted[0] - self.told[0], wanted[1] - self.told[1]
+        off_x, off_y = wanted[0] - self.commanded[0], wanted[1] - self.commanded[1]
         with_x, with_y = (wanted[0] - self._wanted[0]) / step, (wanted[1] - self._wanted[1]) / step
         x, y, most = off_x / step, off_y / step, limits.jerk * step
         if (
@@ -79,14 +79,15 @@ class FollowedVelocity:
         x, y = _within(most, x - before_x, y - before_y)
         x, y = self._fitting(*_within(limits.acceleration, before_x + x, before_y + y))
         # This cuts nothing but after what was at once, which may have left no room for its end.
-        return _within(limits.velocity + _ROUNDING, self.told[0] + step * x, self.told[1] + step * y)
+        return _within(limits.velocity + _ROUNDING, self.commanded[0] + step * x, self.commanded[1] + step * y)
 
     def _fits(self, x: float, y: float) -> bool:
         """Whether an acceleration can cease within the jerk before the highest speed: cut there, it would jerk."""
         change, size = self.limits.jerk * self._timestep, math.hypot(x, y)
         steps = int(size / change)  # after this one until it has ceased, by one change less at each
         times = self._timestep * (steps + 1) * (1.0 - steps * change / (2.0 * size)) if size else 0.0
-        return math.hypot(self.told[0] + times * x, self.told[1] + times * y) <= self.limits.velocity + _ROUNDING
+        then = self.commanded[0] + times * x, self.commanded[1] + times * y
+        return math.hypot(*then) <= self.limits.velocity + _ROUNDING
 
     def _fitting(self, x: float, y: float) -> Vector:
         """An acceleration, or as much of the way there from one that ceases as fits."""
@@ -109,7 +110,7 @@ def _within(most: float, x: float, y: float) -> Vector:
 
 
 class GivingWay:
-    """How far an arm is off where it reaches to, because somebody pushes it.
+    """How far an arm is off where it reaches to, because something pushes it.
 
     Stiff servos would keep pressing on a child that walks into an arm, and follow one that goes away again: that is a
     strike. So an arm at rest stays where it is pushed, as real ones do that feel a contact, and takes its time after.

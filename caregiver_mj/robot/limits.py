@@ -11,7 +11,7 @@ import numpy as np
 
 _ACCELERATION_SHARE, _JERK_SHARE = 0.9, 0.72  # of the base's highest, see `RobotLimits.together`
 _TOP_SHARE = 0.99  # of the base's highest speed, for reference and feedback together
-_TOLD_SHARE, _TOLD_JERK_SHARE = 0.92, 0.88  # of the same, see `RobotLimits.as_told`
+_COMMANDED_SHARE, _COMMANDED_JERK_SHARE = 0.92, 0.88  # of the same, see `RobotLimits.as_commanded`
 _LEAST_BRAKING = 0.2  # of that acceleration: a corner gets tighter nowhere, and gentler as soon as the base slows down
 _CORNER_DELAYS = 0.2  # seconds, by a corner that leaves nothing to brake with
 _DELAYED = 0.05  # seconds by which a corner, or the path's own braking, may delay it, by trial
@@ -153,12 +153,12 @@ class RobotLimits:
         return Limits(self.base_speed, _ACCELERATION_SHARE * self.base_acceleration, jerk)
 
     @functools.cached_property
-    def as_told(self) -> Limits:
-        """What the base is told never exceeds, metres: its highest but for what drives and arm add.
+    def as_commanded(self) -> Limits:
+        """Limits of the base's commands, in metres: its highest less what drives and arm add.
 
         An arm that speeds up or slows down at the same time adds up to 0.15 m/s^2.
         """
-        acceleration, jerk = _TOLD_SHARE * self.base_acceleration, _TOLD_JERK_SHARE * self.base_jerk
+        acceleration, jerk = _COMMANDED_SHARE * self.base_acceleration, _COMMANDED_JERK_SHARE * self.base_jerk
         return Limits(_TOP_SHARE * self.base_speed, acceleration, jerk)
 
     def braking(self, velocity: tuple[float, float], acceleration: tuple[float, float]) -> tuple[float, float]:

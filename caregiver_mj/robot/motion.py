@@ -30,12 +30,12 @@ _CATCH_UP_TURN, _RELEASE_TURN, _TURN_SHARE = 0.5, 1.0, 1 / 3
 _MOST_LATE = 0.5  # of gain times delay, above which feedback by what is seen late begins to swing (at pi / 2 for good)
 _JOLTS = 4.0  # m/s^3 by which feedback may jolt a base that seems to jump, one sigma
 _HELD_UP = 0.15  # metres off its reference beyond which a base is held up by something
-_HELD_UP_SHARE = 0.5  # of the speed that it is told to have: slower than that, something is in its way
-_LED_OFF = 0.05  # metres likewise of one that is not told what its path wants: so near to that it has room
+_HELD_UP_SHARE = 0.5  # of the commanded speed: slower than that, something is in its way
+_LED_OFF = 0.05  # metres, the same of one whose command differs from its path: so near to that it has room
 _OTHER = 1e-3  # m/s by which that differs, at least
 
-# The actuators get to their targets in the course of a control timestep, and later by this share of it: what they are
-# told is made smooth over its four physics steps (`caregiver_mj.house.robot_body`), which costs one and a half.
+# The actuators get to their targets in the course of a control timestep, and later by this share of it: commands
+# are made smooth over its four physics steps (`caregiver_mj.house.robot_body`), which costs one and a half.
 _SMOOTHING = 3 / 8
 
 # The hand comes down onto a candle, or with one onto a table, as far from the end of its way as the two may be off: the
@@ -46,12 +46,12 @@ _CREEPS = 0.03  # m/s of a hand that comes back although a child is at it
 
 _ANY_HEIGHT = 7000  # tenths of mm: all reaches begin with the tucked arm, and `plan_reach` aims it
 
-#: From a velocity of the base and the one that it was told last, m/s, to what is left of it, and whether at once.
+#: From a velocity of the base and the last commanded one, m/s, to what is left of it, and whether at once.
 Restrain = Callable[[Vector, Vector], tuple[Vector, bool]]
 
 
 class RobotMotion(BaseMotion):
-    """Where the robot shall be, now and next.
+    """References of the robot, now and in future.
 
     Times are seconds since the start of the episode, positions metres in the house, angles radians.
 
@@ -79,7 +79,7 @@ class RobotMotion(BaseMotion):
             control_timestep: Seconds between two actions.
             delay: Seconds by which it is seen late where the base is.
             hand_error: Metres by which the hand may be off a candle or a table, one sigma.
-            base_jumps: Metres by which the base seems to be elsewhere from one control timestep to the next, likewise.
+            base_jumps: Metres by which the base seems to be elsewhere from one control timestep to the next, one sigma.
         """
         limits, servos = robot.limits, robot.servos
         super().__init__(limits)
@@ -104,9 +104,9 @@ class RobotMotion(BaseMotion):
         self._feedback, self._turn_feedback = _CATCH_UP_SPEED, _CATCH_UP_TURN
         self._seen_at = float(base[0]), float(base[1])
         self.led_off, self.stops = 0, False
-        self._is_free = True  # whether the base is told what it wants
+        self._is_free = True  # whether the command is what the references want
         self.limits = limits
-        self._velocity = FollowedVelocity(limits.as_told, self._timestep)
+        self._velocity = FollowedVelocity(limits.as_commanded, self._timestep)
         self._hold((float(base[0]), float(base[1])))
         self._turning, self._turn_bound = limits.yaw, math.inf  # rad/s: lower while children are near
         self._yaw = ScalarMotion(limits.yaw, float(base[2]), brakes=True)
@@ -130,7 +130,7 @@ class RobotMotion(BaseMotion):
         self._yaw.stop(self.now)
 
     def turn_gently(self, rate: float = math.inf) -> None:
-        """Have the base turn slowly, from its next goal on and until the gripper opens: a candle slips in the hand.
+        """Limit turns, from the next goal on and until the gripper opens: a candle slips in the hand.
 
         Args:
             rate: At most, rad/s, for something that slips sooner; it turns no faster again before that.
@@ -141,7 +141,7 @@ class RobotMotion(BaseMotion):
             self._turn_within(limits)
 
     def bound_turning(self, rate: float) -> None:
-        """Have the base turn no faster than this from now on, rad/s: the child may come near."""
+        """Limit the rate of turns from now on, rad/s, because a child is near."""
         full, present = self._turning.velocity, self._yaw.limits.velocity
         rate = min(full, max(rate, _LEAST_TURN))
         if rate == present:  # most of the time
@@ -156,7 +156,7 @@ class RobotMotion(BaseMotion):
             self._yaw.set_limits(self._yaw.limits, self.now)
 
     def _turn_within(self, limits: Limits) -> None:
-        """Have the base turn within limits from its next goal on, and within the bound that is in force."""
+        """Set limits of turns from the next goal on, within the bound in force."""
         self._turning = limits
         self._yaw.set_limits(dataclasses.replace(limits, velocity=min(limits.velocity, self._turn_bound)))
 
@@ -219,7 +219,7 @@ class RobotMotion(BaseMotion):
         self._gripper.set_limits(limits)
         self._gripper.move_to(width, self.now)
         self.limits = self.robot.limits.loaded if closes else self.robot.limits
-        self._velocity.limits = self.limits.as_told
+        self._velocity.limits = self.limits.as_commanded
         if not closes and self._turning is not self.robot.limits.yaw:
             self._turn_within(self.robot.limits.yaw)
 
@@ -237,7 +237,7 @@ class RobotMotion(BaseMotion):
 
     @property
     def closes(self) -> bool:
-        """Whether the fingers have been told to close."""
+        """Whether the fingers are closing, or closed."""
         return self._gripper.target < self.robot.grasp.open
 
     @property
@@ -325,12 +325,12 @@ class RobotMotion(BaseMotion):
     def _let_go_at(self, position: Vector, moved: float) -> None:
         """Let go of a path off which the base has been led, or on which it is held up, at a speed, m/s.
 
-        It comes to rest as it is told to move, if it does move so.
+        It comes to rest from the commanded motion, if it does move so.
         """
-        (vx, vy), (ax, ay) = self._velocity.told, self._velocity.acceleration
+        (vx, vy), (ax, ay) = self._velocity.commanded, self._velocity.acceleration
         if moved < _HELD_UP_SHARE * math.hypot(vx, vy):
             vx = vy = ax = ay = 0.0
-        lag = self.robot.servos.base_lag  # by which it is told early
+        lag = self.robot.servos.base_lag  # by which commands are early
         self.let_go(position, (vx - lag * ax, vy - lag * ay), (ax, ay))
 
     def _base_action(self, base: Sequence[float], restrain: Restrain | None) -> tuple[float, float, float]:
@@ -352,11 +352,11 @@ class RobotMotion(BaseMotion):
         if (push := math.hypot(back_x, back_y)) > most:
             back_x, back_y = back_x * most / push, back_y * most / push
         vx, vy = vx + servos.base_lag * ax + back_x, vy + servos.base_lag * ay + back_y
-        top = self.limits.as_told.velocity
+        top = self.limits.as_commanded.velocity
         if (speed := math.hypot(vx, vy)) > top:  # held up by something, it must not catch up at any speed
             vx, vy = vx * top / speed, vy * top / speed
         wanted = vx, vy
-        left, at_once = restrain(wanted, self._velocity.told) if restrain else (wanted, False)
+        left, at_once = restrain(wanted, self._velocity.commanded) if restrain else (wanted, False)
         vx, vy = self._velocity.follow(left, at_once, goes_on=math.dist(left, wanted) < _OTHER)
         self._is_free = math.dist((vx, vy), wanted) < _OTHER
         # Pushed at its arm, the base has been turned as well.

@@ -33,7 +33,7 @@ class Routes:
     """
 
     def __init__(self, plan: FloorPlan, landings: bool = True):
-        """Prepare routes in a house; the base may stand on the landings of stairwells, too, unless told otherwise."""
+        """Prepare routes in a house; the base may stand on the landings of stairwells, too, by default."""
         self.plan = plan
         cells = plan.caregiver_cells if landings else plan.free_cells
         self.centres: dict[Cell, Vector] = {cell: tuple(plan.position(cell).tolist()) for cell in cells}
@@ -47,7 +47,7 @@ class Routes:
         return min(self.centres, key=lambda c: math.dist(self.centres[c], position))
 
     def route(self, start: Cell, goal: Cell, closed: Collection[Cell] = ()) -> list[Cell] | None:
-        """Return the cells of a shortest 4-connected route, ends included, or None. Landings are no thoroughfares."""
+        """Return the cells of a shortest 4-connected route, with its ends, or None; none leads through a landing."""
         if goal in closed:
             return None
         index, cells = self.plan.cell_index, self.plan.caregiver_cells
@@ -84,7 +84,7 @@ class Routes:
         return self.plan.caregiver_cells[min(within_reach, key=worth)]
 
     def _indices(self, cells: Iterable[Cell]) -> frozenset[int]:
-        """Indices of cells, save those on which nobody can stand."""
+        """Indices of cells, except those on which the base cannot stand."""
         return frozenset(self.plan.cell_index[cell] for cell in cells if cell in self.plan.cell_index)
 
 
@@ -212,7 +212,7 @@ class Navigator(Routes):
     def _pull_tight(
         self, points: Sequence[Vector], children: Sequence[Vector], shut: np.ndarray, hand: Vector | None
     ) -> list[Vector] | None:
-        """Leave out the points between which one can go straight; None if a child stands in between, or no room is."""
+        """Drop points between which a straight line is free; return None if a child or a wall is in the way."""
         kept = [points[0]]
         i = 0
         while i < len(points) - 1:
@@ -266,5 +266,5 @@ class Navigator(Routes):
 
 
 def _search(plan: FloorPlan) -> Callable[..., dict[int, int]]:
-    """The plan's search. While children are far away, way after way has the same goal and the same cells closed."""
+    """Return the plan's search; far from children, consecutive plans share goal and closed cells."""
     return functools.lru_cache(maxsize=64)(plan.graph.breadth_first)

@@ -1,4 +1,4 @@
-"""The house as the robot knows it, to ask what it would touch in a pose before it takes it."""
+"""The house as the robot knows it, to check poses for contacts before taking them."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class PlanningScene:
         self._data.qpos[model.joint("toddler/x").qposadr[0]] = _ELSEWHERE
 
     def __deepcopy__(self, memo: dict[int, Any]) -> PlanningScene:
-        """Return itself: it remembers nothing between calls, and one thread after the other is answered."""
+        """Return itself: calls leave no state, and a lock serialises threads."""
         return self
 
     def is_free(

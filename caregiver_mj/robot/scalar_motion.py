@@ -69,7 +69,7 @@ class ScalarMotion:
         self._solve(now, state, ControlInterface.Velocity)
 
     def begin_anew(self, now: float) -> None:
-        """Count the position from nothing, of one told to run at a velocity; it goes on as it does."""
+        """Count the position from zero, of a motion at a velocity; it goes on as it does."""
         _, velocity, acceleration = self.at(now)
         self._solve(now, (0.0, velocity, acceleration), ControlInterface.Velocity)
 
@@ -94,7 +94,7 @@ class ScalarMotion:
 
     @property
     def stops(self) -> bool:
-        """Whether it has been told to come to rest wherever that is, and nothing since."""
+        """Whether its last goal was to come to rest wherever that is."""
         return self._rest is None and not self._ends and self.target == 0.0
 
     @property

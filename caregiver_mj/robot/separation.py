@@ -2,7 +2,7 @@
 
 The ideas are those of ISO 13482 (a mobile servant robot avoids, slows down and stops) and of ISO/TS 15066 (speed and
 separation); nothing here claims to comply with them. Of several children every one counts: the base keeps what the
-strictest of them asks for. Whatever it is told, it does not push a child, nor slide along it fast.
+strictest of them asks for. Whatever the command, it does not push a child, nor slide along it fast.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ FREE = 1.5  # metres to every child from which on neither feedback nor arm is bo
 _PASSING, _PASSING_GAP = 0.35, 0.4  # share of the speed that counts so at no distance, and metres where none does
 # How a base may move along a child, or turn, that comes to touch it: slower than what counts as a strike, 0.05 m/s.
 _SLIDE_SPEED, _SLIDE_TOUCHING = 0.02, 0.025  # m/s of its surface; the second where it touches it already
-_TURN_SPEED = 0.01  # m/s likewise, of a turn
+_TURN_SPEED = 0.01  # m/s, the same of a turn
 _SLIDE_TOWARDS = 0.2  # cosine between motion and child, at most: what slides past and does not push
 _BUILDS_UP = 0.2  # seconds until a change of rate has built up
 _SLIDE_RATES = (1.0, 0.8, 0.6, 0.45, 0.33, 0.25, 0.18, 0.12, 0.08, 0.05)  # that are tried
@@ -57,7 +57,7 @@ _SOON = 0.8  # seconds within which a child goes on as it walks now
 _HEAD_ON = 0.5  # cosine between motion and child above which a base that cannot stop before it on its path leaves that
 _TOUCHED = 0.002  # metres to a child that touches the base, or does so at the next control timestep
 _NO_NEARER = 0.05  # metres to a child below which nothing leads towards it, be it on a path that slides past it
-_BRAKES = 0.8  # share of its limit with which it brakes where it is touched; until then what is told keeps it
+_BRAKES = 0.8  # share of its limit with which it brakes where it is touched; until then commands keep it
 # m/s by which it is asked to brake, until then, where it has little room to leave: asked for more, it would follow that
 # with nearly all of its acceleration, and a child that turns round it with none.
 _EASES = 0.1
@@ -66,11 +66,11 @@ _BACK = tuple(0.05 * i for i in range(1, 9))  # metres straight away from a chil
 # Share of its limits with which it brakes there; and how often the time that their jerk takes to that, until it does.
 _COMES_TO_REST, _BUILDS_UP_LATER = 0.55, 2.5
 # What is straight off a child changes as it walks on at the heels of a base that leaves it. From this speed on, m/s, it
-# counts how that will be so many seconds later, when the base does what it is told; at twice that speed fully.
+# counts how that will be so many seconds later, when the base follows its command; at twice that speed fully.
 _FAST, _LATER = 0.2, 0.035
 # Of several children each is asked in turn, over and over, until none of them changes it by more than so much, m/s.
 _ROUNDS, _SETTLED = 8, 1e-3
-_STRAYS = 0.08  # radians by which a child that goes along moves on until the base does what it is told
+_STRAYS = 0.08  # radians by which a child that goes along moves on until the base follows its command
 # The same of a base with corners: the metres that it moves on, of which the surface there makes an angle; and how fast
 # such a base may then go along it as it leaves, m/s: slower than a strike, with a turn of the base. A child may run
 # round a corner: by then the base, which may leave a side faster, is to be slow. So far along it looks, metres.
@@ -270,8 +270,8 @@ def must_stop(
     """
     if (speed := math.hypot(*velocity)) < _SLIDE_SPEED:
         return False
-    told = (limits or robot.limits).as_told
-    braking, jerk = BRAKES_ALONG * told.acceleration, BRAKES_ALONG * told.jerk
+    bounds = (limits or robot.limits).as_commanded
+    braking, jerk = BRAKES_ALONG * bounds.acceleration, BRAKES_ALONG * bounds.jerk
     ahead = (velocity[0] * acceleration[0] + velocity[1] * acceleration[1]) / speed
     delay = _REACTION + view.age + max(0.0, ahead + braking) ** 2 / (2 * braking * jerk)
     for child in view.children:
@@ -383,7 +383,7 @@ def restrain(
 ) -> tuple[Vector, bool]:
     """Take from a velocity of the base what leads towards a child that is at it, or fast along one nearby.
 
-    What the base is told is more than its planned velocity: feedback takes it back to where it should be, and so
+    The command is more than the planned velocity: feedback takes it back to where it should be, and so
     towards a child that has pushed it off.
 
     Args:
@@ -393,8 +393,8 @@ def restrain(
             would, where there is room for that; else it goes where it would, and slowly.
         seconds: A control timestep.
         is_loaded: Whether there is a candle in the hand, which then needs room as well.
-        velocity: That the base would be told, m/s.
-        before: What it was told a control timestep ago, m/s: it brakes from that no harder than it may.
+        velocity: The command that the references want, m/s.
+        before: The command a control timestep ago, m/s: it brakes from that no harder than it may.
 
     Returns:
         What is left of the velocity, and whether a child touches the base: then it must not take its time.
@@ -411,7 +411,7 @@ def restrain(
         if rounds == 1 or math.dist(left, wanted) < _SETTLED:
             return left, is_touched
     # What one child leaves leads towards another one: it brakes.
-    speed, change = math.hypot(*before), seconds * _BRAKES * limits.as_told.acceleration
+    speed, change = math.hypot(*before), seconds * _BRAKES * limits.as_commanded.acceleration
     kept = 1.0 - change / speed if is_touched and speed > change else 0.0
     return (kept * before[0], kept * before[1]), is_touched
 
@@ -429,7 +429,7 @@ def _restrained(
 ) -> Vector:
     """What is left of a velocity of the base, m/s, for the sake of one child."""
     limits = robot.limits.loaded if is_loaded else robot.limits
-    told_limits = limits.as_told
+    command_limits = limits.as_commanded
     room = gap_to(view.base, robot, child) - view.unsure
     if room >= GENTLE_GAP:
         return velocity
@@ -444,32 +444,32 @@ def _restrained(
         dx, dy = outwards(robot, view.base[2], offset)
     away = math.hypot(dx, dy)
     x, y = dx / away, dy / away
-    # Touched by any, it is told at once.
-    braking = seconds * _BRAKES * told_limits.acceleration
-    bounds = (braking, math.inf) if is_touched else (math.inf, _LANDS * told_limits.jerk)
-    towards, told = vx * x + vy * y, before[0] * x + before[1] * y
+    # Touched by any, it is commanded at once.
+    braking = seconds * _BRAKES * command_limits.acceleration
+    bounds = (braking, math.inf) if is_touched else (math.inf, _LANDS * command_limits.jerk)
+    towards, commanded = vx * x + vy * y, before[0] * x + before[1] * y
     if room < _NO_NEARER:
-        towards = min(towards, _bounded(told, 0.0, seconds, *bounds))
+        towards = min(towards, _bounded(commanded, 0.0, seconds, *bounds))
     corners = _corners(robot, view.base[2], offset)
     strays = corners[0] if corners else _STRAYS
     slower = limits.slowing(max(0.0, room) / view.child_runs - view.age)
     slides = max(0.0, slide_speed(room) + strays * min(0.0, towards)) + slower
     if any(corners):
-        slowing, later = told_limits.slowing, _LATER + view.age
+        slowing, later = command_limits.slowing, _LATER + view.age
         leaving = min(
             (_ASTRAY + slower) / corner + slowing(on / view.child_runs - later)
             for on, corner in zip(_RUNS_ON, corners, strict=True)
             if corner
         )
-        towards = max(towards, -_bounded(-told, leaving, seconds, *bounds))
+        towards = max(towards, -_bounded(-commanded, leaving, seconds, *bounds))
     across = vy * x - vx * y
     way = math.copysign(1.0, across)
     most = _bounded(way * (before[1] * x - before[0] * y), slides, seconds, *bounds)
     if abs(across) > max(most, slides):
         # What is left leads straighter away from the child than its way does: no faster than there is room for.
         on_its_way = towards * max(0.0, most) / abs(across)
-        slowed = min(on_its_way, -_speed_back(view, robot, clearance, is_loaded, (x, y), told_limits))
-        towards = max(towards, slowed if is_touched else min(slowed, told + _EASES))
+        slowed = min(on_its_way, -_speed_back(view, robot, clearance, is_loaded, (x, y), command_limits))
+        towards = max(towards, slowed if is_touched else min(slowed, commanded + _EASES))
     across = way * min(abs(across), most)
     return towards * x - across * y, towards * y + across * x
 

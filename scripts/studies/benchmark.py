@@ -24,6 +24,7 @@ import pandas as pd
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.children.child_group import ChildGroup
+from caregiver_mj.experiments.runner import HouseRollout
 from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.experiments.workers import run_jobs
 from caregiver_mj.grid.world import GridWorld
@@ -150,12 +151,10 @@ class Scene:
 
     def play(self, act: Callable[[dm_env.TimeStep], np.ndarray] | None = None) -> float:
         """Play the episode from its start, with the policy or what is given in its place; return its seconds."""
-        act = act or self.policy
-        self.env.task.reseed(0)
-        timestep = self.env.reset()
+        rollout = HouseRollout(self.env, act or self.policy)
+        rollout.begin(0)
         start = time.perf_counter()
-        for _ in range(self.steps):
-            timestep = self.env.step(act(timestep))
+        rollout.run_on(until=lambda: rollout.steps == self.steps)
         return time.perf_counter() - start
 
     def record(self) -> None:
@@ -265,7 +264,7 @@ def dissect(scene: Scene) -> dict[str, float]:
         "contacts of the toddler": [(env.physics.touch_reader, "read")],
         "task": [(env.task, "before_step", "after_step", "get_reward", "get_termination")],
         "observation": [(env.task, "get_observation")],
-        "dm_control's environment": [(env, "step")],
+        "loop": [(HouseRollout, "step")],
         "perception": [(scene.policy, "see")],
         "caregiver: decisions": [(PaperCaregiver, "watch", "assess", "decide")],
         "inverse kinematics": [(kinematics.Arm, "solve")],
@@ -337,13 +336,13 @@ def control_steps(seconds: float, repeats: int) -> Iterator[tuple[str, pd.DataFr
     """Yield how long decisions and control steps take at most with each sight, in as many houses as repeats."""
     rows = []
     for house, sight, caregiver in itertools.product(MANY[:repeats], SIGHTS, ("expected-danger", "foresight")):
-        scene, policy, env = Scene(house, seconds, caregiver, sight), Clock(time.process_time), Clock(time.process_time)
+        scene, policy, step = Scene(house, seconds, caregiver, sight), *(Clock(time.process_time) for _ in range(2))
         gc.freeze()  # else a full pass of the garbage collector goes through all that has been loaded: 80 ms
-        with env.of(scene.env, "step"):
+        with step.of(HouseRollout, "step"):
             scene.play(policy.around(scene.policy))
-        decisions, steps = 1e3 * np.array([policy.times, env.times])[:, 1:]  # in the first one the robot stands
-        worst = {"decision": decisions.max(), "of 1,000 the longest": np.percentile(decisions + steps, 99.9)}
-        rows.append({"sight": sight, "caregiver": caregiver, **worst, "longest": (decisions + steps).max()})
+        decisions, steps = 1e3 * np.array([policy.times[1:], step.times])  # the first one is before the first step
+        worst = {"decision": decisions.max(), "of 1,000 the longest": np.percentile(steps, 99.9)}
+        rows.append({"sight": sight, "caregiver": caregiver, **worst, "longest": steps.max()})
     episodes, most = f"{len(rows)} episodes of {seconds:g} s", pd.DataFrame(rows).groupby(["sight", "caregiver"])
     yield f"Longest control steps of {episodes}, the most in a house, ms of the processor", most.max()
 
@@ -415,7 +414,7 @@ def grown(job: tuple[int, int, int, float]) -> Row:
     house = f"house-0-{side}x{side}-stairwells2-candles{candles}-tables4-bins2"
     with made.of(Scene, "__init__"):
         scene = Scene(house, seconds, children=children)
-    with step.of(scene.env, "step"), physics.of(scene.env.physics, "step"):
+    with step.of(HouseRollout, "step"), physics.of(scene.env.physics, "step"):
         scene.play(act.around(scene.policy))
     plan = FloorPlan.load(house)
     world = GridWorld(plan, ChildGroup.of([EPSILON] * children), PaperCaregiver(plan))
@@ -427,7 +426,7 @@ def grown(job: tuple[int, int, int, float]) -> Row:
         "hazards": len(plan.hazards),
         "children": children,
         "made, s": made.own,
-        "control step, us": 1e6 * np.median(np.add(step.times, act.times)),
+        "control step, us": 1e6 * np.median(step.times),
         "of which physics": 1e6 * np.median(physics.times),
         "longest decision, ms": 1e3 * max(act.times[1:]),
         f"grid, {_GROWN_BATCH} at once: first timesteps, ms": 1e3 * np.median(grid.times),

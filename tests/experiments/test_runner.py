@@ -1,6 +1,7 @@
 """The runner: one loop for both worlds, whose observers change nothing, and which Gymnasium drives step by step."""
 
 import dataclasses
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.envs.house import HouseEnv
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.runner import DivergenceError, make_grid, make_house, run
-from caregiver_mj.experiments.spec import EpisodeSpec, episode_streams
+from caregiver_mj.experiments.spec import EpisodeSpec, episode_random, episode_streams
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.own import make_policy
 
@@ -85,6 +86,38 @@ def test_an_environment_of_gymnasium_has_the_same_episode(in_house):
         *_, truncated, info = env.step(policy(env.timestep))
     (row,) = rows(in_house)
     assert info["outcome"] | {"sim_seconds": env.dm_env.physics.time()} == row
+
+
+def test_it_has_the_time_steps_of_dm_control():
+    """Whoever reads one, and whether it reads it or not."""
+    spec = dataclasses.replace(HOUSE, task_kwargs={"time_limit": 3.0, "sensing": {"delay": 0.1}})
+    house, other = (make_house(spec, visuals=False) for _ in range(2))
+    policy, env = other.policy, other.env
+    house.begin(HOUSE.own_seed)
+    env.task.reseed(episode_random(HOUSE.own_seed))
+    step = env.reset()
+    while not step.last():
+        step = env.step(policy(step))
+        house.step()
+        if house.steps % 7 == 0 or step.last():
+            assert house.timestep[:3] == step[:3]
+            assert [*house.timestep.observation] == [*step.observation]
+            for key, value in step.observation.items():
+                np.testing.assert_array_equal(house.timestep.observation[key], value)
+        state, same = (one.physics.data for one in (env, house.env))
+        for name in ("qpos", "qvel", "ctrl"):
+            np.testing.assert_array_equal(getattr(same, name), getattr(state, name))
+    assert house.over
+    assert house.steps == 150
+
+
+def test_a_baseline_makes_no_observation():
+    house = make_house(dataclasses.replace(HOUSE, caregiver="none"), visuals=False)
+    house.begin(HOUSE.own_seed)
+    with mock.patch.object(house.env.task, "get_observation") as observed:
+        assert house.run_on(until=lambda: house.steps == 5)
+    observed.assert_not_called()
+    assert house.timestep.observation["clock"] == pytest.approx(0.1 / 1.68)
 
 
 def test_answers_are_given_again(in_house):

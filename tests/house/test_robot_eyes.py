@@ -77,6 +77,18 @@ def test_the_eye_sees_no_child_over_a_wall_as_it_would_where_walls_are_cut_low()
     assert (pictures[0] != pictures[1]).any()
 
 
+@pytest.mark.parametrize(("side", "shadows"), [(84, False), (256, True)])
+def test_small_pictures_have_shadows_only_if_asked(side, shadows):
+    physics = Physics.from_plan(ROOMS)
+
+    def picture(**options):
+        return physics.render(side, side, "overview", **options)
+
+    usual, with_them, without = picture(), *(picture(render_flag_overrides={"shadow": on}) for on in (True, False))
+    np.testing.assert_array_equal(usual, with_them if shadows else without)
+    assert (with_them != without).any()
+
+
 @pytest.mark.parametrize("height", [0.45, 0.60, 0.75])
 def test_a_child_behind_a_table_is_seen_over_its_board_or_between_its_legs(height):
     physics = house(table_heights=np.full(len(ROOMS.tables), height))

@@ -194,7 +194,7 @@ def test_the_tray_holds_six_whatever_the_base_does(robot):
     physics.step(200)
     action = np.array(physics.data.ctrl)[: embodiment.layout.size]
     action[embodiment.layout.arm] = physics.arm_position()
-    limits = embodiment.limits.as_told
+    limits = embodiment.limits.as_commanded
     for _ in range(30):  # from full speed to full speed another way, as quickly as its drives can
         action[embodiment.layout.base] = random.choice((-1, 1), 3) * (limits.velocity, limits.velocity, 2.0)
         physics.set_action(action)

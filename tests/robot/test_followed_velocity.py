@@ -54,7 +54,7 @@ def test_faster_it_becomes_within_the_bounds_even_where_something_is_taken_away_
     follower = moving_at((-0.2, 0.1))
     changes = [follower.acceleration]
     for i in range(20):
-        speed, before = math.hypot(*follower.told), follower.told
+        speed, before = math.hypot(*follower.commanded), follower.commanded
         told = follower.follow((-0.3 - 0.03 * i, 0.0), at_once=i < 10)
         assert told[1] == 0.0
         assert math.hypot(*told) <= speed + 0.04 + 1e-9
@@ -72,9 +72,9 @@ def test_it_keeps_its_bounds_whatever_is_wanted_and_gets_there(wishes):
         for _ in range(times):
             follower.follow(wanted)
             accelerations.append(follower.acceleration)
-            assert math.hypot(*follower.told) <= 1.4 + 1e-9
+            assert math.hypot(*follower.commanded) <= 1.4 + 1e-9
     for _ in range(200):
         follower.follow(wanted)
-    assert follower.told == wanted
+    assert follower.commanded == wanted
     assert all(math.hypot(*acceleration) <= 2.0 + 1e-9 for acceleration in accelerations)
     assert all(math.dist(*pair) <= 0.6 + 1e-9 for pair in itertools.pairwise(accelerations))

@@ -46,7 +46,7 @@ def test_a_base_that_has_left_its_path_stops_as_soon_as_it_can_at_whatever_rate_
     assert not robot.stops
     at, motion = robot.now, robot.base_reference()
     robot.let_go(*motion)
-    way = BasePath.to_rest(*motion, ROBOT.limits.as_told)
+    way = BasePath.to_rest(*motion, ROBOT.limits.as_commanded)
     while robot.moving:
         np.testing.assert_allclose(robot.base_reference(), way.at(robot.now - at), atol=1e-9)
         robot.set_rate(rate)

@@ -37,7 +37,7 @@ def test_nothing_is_left_that_leads_towards_a_child_that_touches_and_little_alon
     assert left(between, (0.03, 0.01)) == (0.0, 0.01)
 
 
-def test_it_brakes_from_what_it_was_told_before():
+def test_it_brakes_from_what_it_was_commanded_before():
     # By 3.386 m/s^2, 0.8 of its limit; as hard as it can before it is touched, for what is told keeps limits.
     slowed = 0.02 * 3.3856  # in a control timestep
     assert left(TOUCHED, (0.1, 0.25), before=(0.1, 0.25)) == pytest.approx((0.1 - slowed, 0.25 - slowed))
@@ -47,10 +47,10 @@ def test_it_brakes_from_what_it_was_told_before():
 
 
 def moving_at(velocity):
-    followed = FollowedVelocity(ROBOT.limits.as_told, TIMESTEP)
+    followed = FollowedVelocity(ROBOT.limits.as_commanded, TIMESTEP)
     for _ in range(60):
         followed.follow(velocity)
-    assert followed.told == velocity
+    assert followed.commanded == velocity
     assert followed.acceleration == (0.0, 0.0)
     return followed
 
@@ -65,7 +65,7 @@ def test_what_is_told_does_not_overshoot_beside_a_child(leaves, across, wanted):
     near, followed = view(child(TOUCHING + 0.03, 0.0)), moving_at((leaves, across))
     slow = False
     for i in range(60):
-        less = left(near, wanted[i // 15], before=followed.told)
+        less = left(near, wanted[i // 15], before=followed.commanded)
         vx, vy = followed.follow(less, goes_on=less == wanted[i // 15])
         assert vx < 0.01
         assert abs(vy) < 0.035 or not slow

@@ -27,17 +27,19 @@ import dataclasses
 import functools
 import itertools
 import math
+from typing import Any
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 
+from caregiver_mj.caregivers.foresight.cache import cached
 from caregiver_mj.caregivers.foresight.motion import motion
 from caregiver_mj.caregivers.percept import PAPER, Pace
 from caregiver_mj.danger.chain import ChildChain, discounted_entry, expected_hits
 from caregiver_mj.danger.child_model import child_chain
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import NOTHING, TABLE, Where
+from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, Where
 
 # States of all tables, layouts of each: where there are more, fewer candles are planned for at a time.
 LARGEST, LAYOUTS = 40_000_000, 128
@@ -49,6 +51,7 @@ _BEGIN = {True: (0.03, 0.8), False: (0.05, 1.0)}
 _NEVER = 1e9  # damage of what cannot be done; finite, for beliefs of zero are multiplied with it
 _STILL = 0.0001  # damage: values that change by no more in a sweep are taken to have settled
 _EVERY = 3  # sweeps after which what comes of carrying a candle is brought up to date
+_REMADE = ("plan", "motion", "_rows", "_steps", "_child", "_cell")  # not in the file of a table
 Tables = dict[frozenset[int], "ValueTable"]  # by the openings whose gates are shut
 # Where a timestep takes the caregiver: rows of values, (n,); from some of these, (m,), it may come on to others, (m,),
 # with a probability, (m, 1).
@@ -87,13 +90,15 @@ class _Fetch:
 
     Attributes:
         rows: Those states, (n,), as rows of `ValueTable.value`.
-        probability: That it is in the hand, (n, 1).
+        unsure: Which of them may not come to it, (k,).
+        probability: That these do, (k, 1).
         which: To which of the m each of them comes, (n,).
         numbers: Rows of `ValueTable._ahead`, by the tables to which it can be carried, (layouts there, bare, m).
         meanwhile: Damage and price until it is put down, (layouts there, bare, m, J).
     """
 
     rows: np.ndarray
+    unsure: np.ndarray
     probability: np.ndarray
     which: np.ndarray
     numbers: np.ndarray
@@ -149,6 +154,14 @@ def value_tables(
 
     With `waits` it may wait in any cell, else only where it has something to do, aside, and where it is.
     """
+    make = functools.partial(_made, plan, pace, objective, waits)
+    tables = cached(repr((plan, pace, objective, KINDS, LAYOUTS)), make) if waits else make()
+    for table in tables.values():
+        table.attach(plan, pace)
+    return tables
+
+
+def _made(plan: FloorPlan, pace: Pace, objective: Objective, waits: bool) -> Tables:
     gates = range(len(plan.landings), len(plan.stairwells))
     tables: Tables = {}
     for count in range(len(gates), -1, -1):
@@ -217,6 +230,18 @@ class ValueTable:
         self.going: list[np.ndarray] = []
         self.picked: list[np.ndarray] = []
         self.value = self._solve(chain, (forever @ left).astype(np.float32).reshape(self._cells, 1, self._states), shut)
+
+    # A file holds neither what others have as well, nor what is soon worked out, which is most of it.
+
+    def __getstate__(self) -> dict[str, Any]:
+        kept = {name: value for name, value in vars(self).items() if name not in _REMADE}
+        return kept | {"_ahead": self._ahead.shape}
+
+    def attach(self, plan: FloorPlan, pace: Pace) -> None:
+        """Complete a table that comes from a file."""
+        if isinstance(self._ahead, tuple):
+            self.plan, self.motion, self._ahead = plan, motion(plan, pace), np.zeros(self._ahead, np.float32)
+            self._arrive(self.value)
 
     # -- What to expect --------------------------------------------------------------------------
 
@@ -467,7 +492,9 @@ class ValueTable:
             fetch, damage = fetched[table]
             gone = _gone(value, self._rows[posts + table])
             in_hand = damage[self._column[table, layout]].take(fetch.which, axis=0)
-            gone[fetch.rows] = (1.0 - fetch.probability) * gone[fetch.rows] + fetch.probability * in_hand
+            not_in_hand = (1.0 - fetch.probability) * gone[fetch.rows[fetch.unsure]]
+            in_hand[fetch.unsure] = not_in_hand + fetch.probability * in_hand[fetch.unsure]
+            gone[fetch.rows] = in_hand
             np.minimum(best, gone, out=best)
 
     def _fetches(self) -> list[_Fetch]:
@@ -488,7 +515,9 @@ class ValueTable:
             child_, stand_, left_ = (np.broadcast_to(part, shape).ravel() for part in each)
             numbers, meanwhile = self._leg(here, source, target, child_, stand_, left_ / 1e6)
             parts = numbers.reshape(shape), meanwhile.reshape(*shape, self._states)
-            found.append(_Fetch(rows, got[rows, None].astype(np.float32), which.ravel(), *parts))
+            chance = got[rows, None].astype(np.float32)
+            unsure = np.flatnonzero(chance < 1.0)
+            found.append(_Fetch(rows, unsure, chance[unsure], which.ravel(), *parts))
         return found
 
     def _arrive(self, value: np.ndarray) -> None:

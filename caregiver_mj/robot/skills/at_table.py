@@ -1,4 +1,4 @@
-"""What picking and placing share: to stand before a table, and to bring the hand out on the way there."""
+"""Shared by picking and placing: stand before a table, and extend the hand on the way there."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ class AtTable(Skill):
         return cell not in self._held_up_at
 
     def _stands(self, view: View) -> list[Cell]:
-        """The cells in which it may."""
+        """Return these cells."""
         return [cell for cell in self._beside if self._may_stand(view, cell)]
 
     @abc.abstractmethod

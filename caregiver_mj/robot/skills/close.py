@@ -1,4 +1,4 @@
-"""Close: to swing a gate shut until it has latched."""
+"""Close: swing a gate shut until it latches."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ class Close(Skill):
         return Status.COMMITTED
 
     def _go_on(self, view: View, robot: RobotMotion) -> Status:
-        """Decide what comes after a pose."""
+        """Choose the next stage after a pose."""
         if self._at == self._closing.path.goal:
             robot.reach_along(self._closing.path)
             return Status.DONE if view.closed_gates[self.gate] else Status.FAILED
@@ -124,7 +124,7 @@ class Close(Skill):
         return Status.COMMITTED
 
     def _aim(self, view: View, robot: RobotMotion) -> None:
-        """Have the next pose be as it should from where the base is: a child that leans on it pushes it off."""
+        """Adapt the next pose to the base's position, which a leaning child can change."""
         arm, path = arm_of(self.embodiment), self._closing.path
         x, y = geometry.to_local(self._frame, view.base[:2])
         poses = [*(path.joints(float(i)) for i in range(path.goal)), arm.tucked]

@@ -1,4 +1,4 @@
-"""Pick: to take a candle off the table on which it stands."""
+"""Pick: take a standing candle off its table."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _AJAR = 0.002  # metres by which each finger may fall short of being open
 
 
 class Pick(AtTable):
-    """Takes a candle off the table on which it stands, and tucks the arm."""
+    """Takes a standing candle off its table, and tucks the arm."""
 
     def __init__(self, navigator: Navigator, candle: int, table: int):
         super().__init__(navigator, candle, table)
@@ -35,7 +35,7 @@ class Pick(AtTable):
         return not all(self._is_barred_by_candle(view, stand) for stand in self._stands(view))
 
     def _may_stand(self, view: View, cell: Cell) -> bool:
-        """Also whether the candle is near enough to this side of the table: the base must not meet that."""
+        """Return also whether the candle is near enough to this side for the base to keep off the table."""
         if not super()._may_stand(view, cell):
             return False
         (ahead_x, ahead_y), (x, y, _) = self._ahead(cell), view.candles[self.candle].tolist()
@@ -55,7 +55,7 @@ class Pick(AtTable):
     def _approach(self, view: View, robot: RobotMotion) -> Status:
         x, y, z = view.candles[self.candle].tolist()
         if not view.stands_on_table(self.candle, self.table) or math.dist((x, y), self._middle) > BESIDE_TABLE:
-            return Status.OVERTAKEN  # it has fallen, or somebody else has taken it away
+            return Status.OVERTAKEN  # it has fallen, or something else has taken it away
         if not any(self._may_stand(view, cell) for cell in self._beside):
             return Status.OVERTAKEN  # it has been moved
         goal, cell, yaw = self._stand_at_table(view, (x, y), hand=(-self.embodiment.grasp.depth, 0.0))

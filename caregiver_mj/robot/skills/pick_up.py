@@ -1,4 +1,4 @@
-"""Pick up: to take something small off the floor, and to put it into the robot's tray."""
+"""Pick up: take a small thing off the floor and put it into the robot's tray."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ _FEELING = 0.013  # m/s of the fingertips that look for the floor
 # m/s of a hand that carries the thing, of which fingertips hold 3 mm: where they turn, it slips outwards by half of the
 # square of the angle of every physics step, times the radius.
 CARRYING, _TURNING = 0.5, 0.2  # the second where the hand is tucked, and turns
-_TURNS = 0.2  # rad/s of the base, likewise: at seven times that it is lost within half a turn, at this it slips by 1 mm
-_TOUCHED = 0.0012  # metres that the hand stays above where it is told to be from which on the floor holds it up
+_TURNS = 0.2  # rad/s of the base: at seven times that it is lost within half a turn, at this it slips by 1 mm
+_TOUCHED = 0.0012  # m; height of the hand above its command from which on the floor holds it up
 _ON_FLOOR = 0.0015  # metres that the fingertips may then be above the floor; else they stand on the thing
 _OVER_FLOOR = 0.0003  # metres above it at which they close, below the middle of the thing
 _SETTLES, _FIRM, _FALLS = 0.15, 0.4, 0.4  # seconds for a hand to come to rest, a grip to hold, a thing to fall
 AT_FLOOR = 2.4  # seconds that it takes there to feel for the floor and to grip, about
-# How much narrower than the thing the fingers are told to close, metres each: with their servos that is 2 to 5 N.
+# Metres by which the commanded width of each finger is less than the thing's: with their servos that is 2 to 5 N.
 _SQUEEZE = 0.0012
 _EMPTY = 0.0008  # metres narrower than the thing, both together, at which they have closed on nothing
 # Metres from a child's middle to the hand's way between mid air and tray: within the first it goes no farther down (.02
@@ -199,7 +199,7 @@ class PickUp(Reaching):
         return Status.COMMITTED
 
     def _free_spot(self, view: View) -> float:
-        """Where along the tray it is farthest from what lies there, one of `TRAY_SPOTS`."""
+        """Return the spot of the tray, one of `TRAY_SPOTS`, that is farthest from its contents."""
         tray = self.embodiment.tray
         assert tray is not None  # the hand's way leads there
         places = [(*geometry.to_local(view.base, (x, y)), z) for x, y, z in view.things.tolist()]
@@ -245,7 +245,7 @@ class PickUp(Reaching):
             robot.turn_to(self._yaw)
 
     def _withdraw(self, view: View, robot: RobotMotion) -> None:
-        """Have the hand come back by the poses that it went out by."""
+        """Retract the hand through the same poses."""
         self._begin(view, self._come_back, *map(float, range(max(0, math.ceil(robot.reached) - 1), -1, -1)))
 
     def _come_back(self, view: View, robot: RobotMotion) -> Status:
@@ -303,11 +303,11 @@ class PickUp(Reaching):
         return False
 
     def _height(self, joints: np.ndarray) -> float:
-        """How high above the floor the fingertips of a hand that points down are, metres."""
+        """Return the height of the fingertips of a hand that points down, m."""
         return float(arm_of(self.embodiment).pinch(joints)[2]) - self.embodiment.fingertip
 
     def _is_in_hand(self, view: View) -> bool:
-        """Whether the fingers have not closed on nothing, and the thing is seen between them."""
+        """Return whether the fingers hold something, and the thing is seen between them."""
         near = math.dist(self._place(view), hand_position(view, self.embodiment)) < _IN_HAND
         return near and view.fingers > 2 * layout.THING_RADIUS - _EMPTY
 

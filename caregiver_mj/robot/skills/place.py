@@ -1,4 +1,4 @@
-"""Place: to put the candle in the hand down on a table."""
+"""Place: put the candle in the hand down on a table."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Place(AtTable):
         self._spot: Vector | None = None
         self._spot_seen_from: Cell | None = None
         self._look_at, self._full_until = 0.0, math.inf
-        self._told = math.inf  # metres, height of the hand that was told a control timestep ago
+        self._commanded = math.inf  # m; commanded height of the hand, a control timestep ago
 
     def _approach(self, view: View, robot: RobotMotion) -> Status:
         # Fingers that are closer than it is wide may still hold it, by its edge.
@@ -84,11 +84,11 @@ class Place(AtTable):
         return Status.COMMITTED if on_last else Status.RUNNING
 
     def _has_landed(self, view: View, robot: RobotMotion) -> bool:
-        """Whether the candle stands on the table before it should: the hand does not come down any more."""
+        """Return whether the candle meets the table early, so that the hand stops coming down."""
         arm, path = arm_of(self.embodiment), robot.reach_path
-        told, self._told = self._told, float(arm.pinch(path.joints(robot.reached))[2])
-        is_near = self._told - float(arm.pinch(path.joints(path.goal))[2]) < _LANDS_WITHIN
-        return is_near and float(arm.pinch(view.arm)[2]) - told > _LANDED
+        commanded, self._commanded = self._commanded, float(arm.pinch(path.joints(robot.reached))[2])
+        is_near = self._commanded - float(arm.pinch(path.joints(path.goal))[2]) < _LANDS_WITHIN
+        return is_near and float(arm.pinch(view.arm)[2]) - commanded > _LANDED
 
     def _release(self, view: View, robot: RobotMotion) -> Status:
         if view.fingers > 2 * (self.thing.radius + LOOSE):
@@ -127,7 +127,7 @@ class Place(AtTable):
         return None
 
     def _measure(self, view: View) -> tuple[Vector, float]:
-        """The candle's place in the hand, measured again: it may have slipped since the grasp.
+        """Measure the candle's place in the hand again; it may have slipped.
 
         Returns:
             Position of its foot relative to the pinch point (base frame, rounded to 1 mm so that noise moves no

@@ -1,4 +1,4 @@
-"""What picking up from anywhere shares: how the hand of a base at rest keeps out of the children's way."""
+"""Shared by skills that pick up from anywhere: the hand of a base at rest keeps out of the children's way."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Retrieve: to pick up a candle from wherever it lies."""
+"""Retrieve: pick up a fallen candle."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ class Retrieve(Reaching):
         return Status.OUT_OF_REACH if self._stance is None and not holds else _unless_in_hand(holds)
 
     def _end(self, holds: bool) -> Status:
-        """Decide what to do when the arm is back."""
+        """Choose what to do once the arm is tucked."""
         assert self._stance is not None  # the one at which it began to reach
         if not self._withdraws:
             self.pitch_down, self._stance = self._stance.pitch_down, None
@@ -139,7 +139,7 @@ class Retrieve(Reaching):
         return Status.FAILED if self._failures == ATTEMPTS else _unless_in_hand(holds)
 
     def _withdraw(self, view: View, robot: RobotMotion) -> None:
-        """Have the hand come back by the poses that it went out by, before a child walks into it."""
+        """Retract the hand through the same poses, before a child walks into it."""
         last = max(0, math.ceil(robot.reached) - 1)
         self._steps = [(float(pose), None) for pose in range(last, -1, -1)]
         self._withdraws, self._since = True, view.now

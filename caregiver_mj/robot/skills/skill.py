@@ -1,4 +1,4 @@
-"""What all skills have in common, and those that only drive: rest, stand aside, go to a cell, block."""
+"""The base class of skills, and the skills that only drive: rest, stand aside, go to a cell, block."""
 
 from __future__ import annotations
 
