@@ -73,9 +73,6 @@ class Percept:
         belief: Belief about children that may be unseen: `child_cell` is then the most probable cell, and the last
             move NOTHING. None if all are always in view.
         hears: Whether, with a candle in the hand, it considers stairwells, and puts the candle down sooner, (B,).
-        stopped: Cell to which each child is still on its way, (B, K), though the caregiver stands in its way, so that
-            `child_cell` is where it will be unless the caregiver leaves; NOTHING for one that nobody stops. None if all
-            moves are done.
         frames: Renders the camera images, in a batch of one, by camera name, uint8 (240, 320, 3): the robot's `eye`
             and, with full sight, the `overview`. None in the grid.
     """
@@ -95,7 +92,6 @@ class Percept:
     under_way: np.ndarray | None = None
     hears: np.ndarray | None = None
     belief: Tracker | None = None
-    stopped: np.ndarray | None = None
     frames: Callable[[], dict[str, np.ndarray]] | None = None
 
     def fallen(self, graph: CellGraph) -> Iterator[tuple[int, int, np.ndarray]]:

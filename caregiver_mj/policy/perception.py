@@ -48,7 +48,6 @@ class _Sighting:
     is_clear: bool  # whether its direction is known
     cell: int  # its free cell after the move; NOTHING if unseen
     previous: tuple[int, int]  # cell of its last move, and that move; NOTHING before the first
-    stopped: int = NOTHING  # free cell to which it is on its way, with the base in between
 
 
 class Perception:
@@ -196,7 +195,7 @@ class Perception:
             self._begun, self._all_clear = move, False
             for number, sighting in enumerate(self._children):
                 sighting.origin = seen[number].position if number in seen else None
-                sighting.is_clear, sighting.stopped = False, NOTHING
+                sighting.is_clear = False
         if self._all_clear and self._comes_into_sight(seen):
             return True, False
         if not (self._is_full or np.array_equal(self._in_view, self._looked)) and self._empty().any():
@@ -246,7 +245,7 @@ class Perception:
         """Return whether a child's move has become clear, and note it and whether the base is in its way."""
         if child is None or sighting.origin is None:
             if late:
-                sighting.is_clear, sighting.previous, sighting.stopped = True, (NOTHING, NOTHING), NOTHING
+                sighting.is_clear, sighting.previous = True, (NOTHING, NOTHING)
                 sighting.cell = NOTHING if child is None else self.free_cell(child.position)
             return late
         dx, dy = child.position[0] - sighting.origin[0], child.position[1] - sighting.origin[1]
@@ -255,14 +254,11 @@ class Perception:
             return False
         sighting.is_clear = True
         cell, action = self.free_cell(sighting.origin), NOTHING
-        sighting.cell, sighting.stopped = cell, NOTHING
+        sighting.cell = cell
         if distance > self._smallest_move:
             action = max(range(len(ACTIONS)), key=lambda a: dx * ACTIONS[a][1] - dy * ACTIONS[a][0])
-            going = int(self._next_cell[cell, action])
             if not self._stops(base, cell, action):
-                sighting.cell = going
-            elif going != cell:
-                sighting.stopped = going
+                sighting.cell = int(self._next_cell[cell, action])
         sighting.previous = (cell, action)
         return True
 
@@ -305,7 +301,6 @@ class Perception:
             under_way=np.array([under_way]),
             hears=np.array([True]),
             belief=belief,
-            stopped=None if belief is not None else np.array([[child.stopped for child in self._children]]),
             frames=self._frames,
         )
 

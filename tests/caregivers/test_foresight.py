@@ -362,19 +362,6 @@ class TestForesight:
         assert with_it != pytest.approx(without)
         assert half == pytest.approx((without + with_it) / 2)
 
-    def test_a_child_that_it_stops_gets_through_if_it_leaves(self):
-        plan = FloorPlan.parse(STAIRS_AND_TABLES)
-        caregiver, one = ForesightCaregiver(plan), np.array([0])
-        child, here = (plan.cell_index[cell] for cell in ((2, 2), (2, 3)))
-        kept, through = (caregiver.options(percept(plan, cell, here), one).damage[0] for cell in (child, here))
-        stops = dataclasses.replace(percept(plan, child, here), stopped=np.array([[here]]))
-        found, index = caregiver.options(stops, one).damage[0], caregiver.index
-        stays = [index.stay, index.waits.start + here]
-        np.testing.assert_array_equal(found[stays], kept[stays])
-        np.testing.assert_array_equal(np.delete(found, stays), np.delete(through, stays))
-        nobody = dataclasses.replace(stops, stopped=np.array([[NOTHING]]))
-        np.testing.assert_array_equal(caregiver.options(nobody, one).damage[0], kept)
-
     def test_picks_up_a_candle_from_the_floor_before_anything_else(self):
         plan = FloorPlan.parse(STAIRS_AND_TABLES)
         lying = dataclasses.replace(

@@ -182,7 +182,7 @@ class ForesightCaregiver(Caregiver):
             for child, probability in enumerate(np.moveaxis(self.belief.probability[worlds], 1, 0)):
                 wants = probability.reshape(len(worlds), -1)[:, values.possible].astype(np.float32)
                 sums.add(Cases(every, percept.child_cell[worlds, child], wants))
-            return self._unless_it_leaves(sums, values, percept, worlds)
+            return sums.options()
         ways, parts = self._ways(), []
         for belief in np.moveaxis(percept.belief.joint[worlds], 1, 0):
             cases = Cases.likely(belief, values.possible)
@@ -195,19 +195,6 @@ class ForesightCaregiver(Caregiver):
         seen = visibility(self.plan, self.sight).seen[:, ALL_ROUND]
         options.damage[:] += regret(parts, seen, self._regrets)
         return options
-
-    def _unless_it_leaves(self, sums: Sums, values: ValueTable, percept: Percept, worlds: np.ndarray) -> Options:
-        """Return the options where the caregiver may stop a child: one that leaves lets it through."""
-        options, stopped = sums.options(), percept.stopped
-        if stopped is None or (stopped[worlds] == NOTHING).all():
-            return options
-        through = np.where(stopped == NOTHING, percept.child_cell, stopped)
-        passed = self._options(values, dataclasses.replace(percept, child_cell=through, stopped=None), worlds)
-        ends, _ = sums.ends()
-        leaves = ends != percept.caregiver_cell[worlds, None]
-        leaves[:, self.index.aside] = True
-        table = np.where(leaves[:, self.index.relocations], passed.table, options.table)
-        return Options(np.where(leaves, passed.damage, options.damage), table)
 
     def expected_damage(self, percept: Percept, worlds: np.ndarray) -> np.ndarray:
         """Return the expected discounted damage to come after the caregiver's last action in a timestep, (W,).
