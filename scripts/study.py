@@ -19,7 +19,6 @@ import json
 import pathlib
 import re
 import shlex
-import subprocess
 import sys
 import textwrap
 import types
@@ -168,7 +167,7 @@ def _contents() -> str:
 class Page:
     """The content of a study's template."""
 
-    values: Mapping[str, Any]  # by their names in the template; the template has `command` and `version` besides
+    values: Mapping[str, Any]  # by their names in the template; the template has `command` besides
     # By the names of their files, such as "coverage.png".
     figures: Mapping[str, Figure] = dataclasses.field(default_factory=dict)
     name: str = ""  # name of the page; that of the study by default
@@ -179,7 +178,7 @@ class Page:
         environment.filters |= {made.__name__: made for made in (interval, listed, percent, share, side, verdict)}
         environment.filters["form"] = format
         environment.globals["table"] = table
-        return fill(environment.get_template(f"{study}.md").render(self.values, command=command, version=version()))
+        return fill(environment.get_template(f"{study}.md").render(self.values, command=command))
 
     def write(
         self, folder: pathlib.Path, study: str, text: str, tables: Mapping[str, str] = types.MappingProxyType({})
@@ -190,15 +189,6 @@ class Page:
             (folder / file).write_text(table_text, encoding="utf-8")
         for file, figure in self.figures.items():
             (folder / file).write_bytes(as_bytes(figure, file.rpartition(".")[2]))
-
-
-def version() -> str:
-    """The commit that a page is of, or the digest of the sources where there is no repository."""
-    describe = ["git", "-C", str(FOLDER), "describe", "--always", "--dirty", "--abbrev=8", "--exclude", "*"]
-    try:
-        return subprocess.run(describe, capture_output=True, text=True, check=True).stdout.strip()
-    except (OSError, subprocess.CalledProcessError):
-        return source_digest()
 
 
 _MARK = re.compile(r"<!-- (\S+\.csv) -->\n(\|.*(?:\n\|.*)*)\n+")
@@ -341,7 +331,7 @@ def run_all(
         jobs: Hashable jobs, each with a different text.
         processes: Number of workers; 1 runs the jobs in this process.
         doing: Description of the work.
-        out: A folder in which results are stored as JSON, and looked up first.
+        out: A folder in which results of jobs in the grid are stored as JSON, and looked up first.
 
     Returns:
         Results in the order of the jobs.
@@ -354,7 +344,7 @@ def run_all(
         settings = {"study": f"{function.__module__}.{function.__qualname__}", "versions": versions()}
         # Results of another version of the package or of the study are refused.
         own = pathlib.Path(inspect.getfile(function)).read_bytes()
-        settings["source"] = f"{source_digest()} {hashlib.sha256(own).hexdigest()[:12]}"
+        settings["source"] = f"{source_digest('grid')} {hashlib.sha256(own).hexdigest()[:12]}"
     folder = RunFolder(out, settings, resume=True) if out else None
     found: dict[Job, Any] = {job: kept for job in jobs if folder and (kept := folder.read(_file_name(job)))}
     pending = [job for job in jobs if job not in found]

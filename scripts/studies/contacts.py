@@ -73,12 +73,12 @@ def _sensing(text: str) -> str:
     return text
 
 
-def run(options: argparse.Namespace) -> int:
-    """Run the study; print its tables and return the exit status."""
-    rows, kept = episodes_of(options), True
+def run(options: argparse.Namespace) -> None:
+    """Run the study; print its tables, and a line that sums them up."""
+    rows, ratios = episodes_of(options), []
     if options.run:
         print(page(rows, options.compliant))
-        return 0
+        return
     for robot, episodes in rows.groupby("embodiment", sort=False, dropna=False):
         if len(options.embodiment) > 1:
             print(f"## {robot}\n")
@@ -88,8 +88,9 @@ def run(options: argparse.Namespace) -> int:
         print(longest_skill(episodes))
         if audit := audit_of(episodes):
             report(make_console(), audit)
-            kept &= audit.is_kept
-    return int(not kept)
+            name = robot if len(options.embodiment) > 1 else "the robot"
+            ratios.append(f"; {name} came to {audit.worst_ratio:.3f} of its limits")
+    print(summary(rows) + "".join(ratios))
 
 
 class Job(NamedTuple):
@@ -258,6 +259,18 @@ def page(episodes: pd.DataFrame, compliant: bool = False) -> str:
     if len(groups) > 1:
         groups["all"] = episodes
     return f"{counts_table(groups).markdown()}\n{limits_table(episodes, compliant=compliant).markdown()}"
+
+
+def summary(episodes: pd.DataFrame) -> str:
+    """Return what came out in a line."""
+    strikes, pushed, stricter, drops = (
+        f"{episodes[name].sum():.0f}" for name in ("strikes", "strikes_pushed", "strikes_surface", "candles_dropped")
+    )
+    return (
+        f"{len(episodes)} episodes: {strikes} strikes, {pushed} of them pushed; {stricter} by the stricter count; "
+        f"{drops} drops; contact {episodes.contact_seconds.mean():.2f} s an episode; flame at least "
+        f"{episodes.flame_distance.min():.2f} m; greatest force {episodes.contact_force.max():.0f} N"
+    )
 
 
 def presses_table(episodes: pd.DataFrame) -> Table:

@@ -12,7 +12,6 @@ from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.grid.world import BareTablesWorld, GridWorld, run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
-from studies.bounds.clairvoyant import ClairvoyantCaregiver
 
 NORTH, EAST, SOUTH, WEST = range(4)
 
@@ -122,14 +121,9 @@ def test_where_a_child_bars_the_way_it_makes_room_or_stays(action, child, caregi
     assert after_a_step(Fixed(DOORWAY, False), action, child, caregiver_cell) == caregiver_cell
 
 
-SMALL = FloorPlan.parse("########\n#B..S..#\n#......#\n#.C..T.#\n#...B..#\n########")
-
-
 @functools.cache
 def caregiver_of(name):
-    # Layouts of the apartment are too many to know for each what would have been best, and a child that comes after
-    # the caregiver has that worked out again with every action.
-    return ClairvoyantCaregiver(SMALL) if name == "clairvoyant" else make_caregiver(name, FloorPlan.load("apartment"))
+    return make_caregiver(name, FloorPlan.load("apartment"))
 
 
 # Every caregiver with the novice, and every child with the rule.
@@ -137,8 +131,7 @@ def caregiver_of(name):
     ("child", "name"),
     [("novice", name) for name in ("none", "random", "paper", "childproof")]
     + [pytest.param("novice", "foresight", marks=pytest.mark.slow)]
-    + [(child, "paper") for child in CHILDREN if child != "novice"]
-    + [("seeker", "clairvoyant")],
+    + [(child, "paper") for child in CHILDREN if child != "novice"],
 )
 def test_an_episode_with_any_child_is_the_same_alone_and_among_others(child, name):
     """With a novice beside it, for what a child remembers must be its own."""

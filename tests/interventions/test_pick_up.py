@@ -21,7 +21,6 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import State
 from caregiver_mj.viz.hud.display import draw_plan
 from caregiver_mj.viz.moment import grid_state
-from studies.bounds.clairvoyant import ClairvoyantCaregiver
 
 HOUSE = FloorPlan.parse("###########\n#G..o....B#\n#.........#\n#C...o...S#\n#...T...o.#\n###########", "things")
 CORRIDOR = FloorPlan.parse("##########\n#B..o....#\n##########", "corridor")
@@ -67,11 +66,6 @@ def test_its_cell_is_free_and_it_comes_last_among_hazards():
 def test_a_plan_is_refused_where_there_is_no_other_cell_or_no_way(text, words):
     with pytest.raises(FloorPlanError, match=words):
         FloorPlan.parse(text)
-
-
-def test_whoever_knows_the_future_does_not_take_it_yet():
-    with pytest.raises(CaregiverError, match=r"'things' must have no gate, .* for 'clairvoyant', got battery 1"):
-        ClairvoyantCaregiver(HOUSE)
 
 
 # -- The grid ------------------------------------------------------------------------------------
