@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import csv
 import json
 import pathlib
 import re
@@ -18,22 +17,10 @@ from matplotlib.figure import Figure
 from caregiver_mj.viz.colours import BIN, unit
 from caregiver_mj.viz.figures import ALONE, GUARDED, Series, damage_left
 from caregiver_mj.viz.figures.style import HEIGHT, INK, STYLE, WIDTH, explain
-from study import markdown_cells
+from study import Rows, read_table
 
 DOCS = pathlib.Path(__file__).parents[1] / "docs"
-Rows = list[dict[str, str]]  # of a table, by its titles
 _COLOURS = {"alone": unit(ALONE), "expected-danger": unit(GUARDED), "foresight": unit(BIN)}
-
-
-def read(page: str, before: str = "", docs: pathlib.Path = DOCS) -> Rows:
-    """A table: a CSV file, or the first one after some words of a page, without its marks."""
-    text = (docs / page).read_text("utf-8")
-    if page.endswith(".csv"):
-        titles, *rows = csv.reader(text.splitlines())
-    else:
-        text = text.partition(before)[2]
-        titles, *rows = markdown_cells(text[text.index("\n|") :].lstrip().partition("\n\n")[0])
-    return [dict(zip(titles, row, strict=True)) for row in rows]
 
 
 def estimate(cell: str) -> list[float]:
@@ -134,7 +121,7 @@ FIGURES: dict[str, tuple[Callable[..., Figure], tuple[tuple[str, ...], ...]]] = 
 
 def tables(file: str, docs: pathlib.Path = DOCS) -> list[Rows]:
     """Return the present tables of a figure."""
-    return [read(page, *before, docs=docs) for page, *before in FIGURES[file][1]]
+    return [read_table(docs, page, *before) for page, *before in FIGURES[file][1]]
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -232,12 +232,12 @@ def write_table(docs: pathlib.Path, entry: Entry, printed: Sequence[tuple[str, s
 
 def make_all(maker: Maker, wanted: Sequence[Entry], entries: Mapping[str, Entry]) -> list[str]:
     """Make entries one after the other, and return the names of those that failed."""
-    failed, spent, planned = [], 0.0, 0.0  # wall seconds, and core-minutes of the entries made so far
+    failed, spent, planned = [], 0.0, 0.0  # wall minutes, and core-minutes of the entries made so far
+    costs = [10 / len(wanted) if maker.quick else one.minutes for one in wanted]
     for number, entry in enumerate(wanted, 1):
-        cost = sum(one.minutes for one in wanted[number - 1 :])
-        rate = spent / planned if planned and spent else 60 / maker.jobs
-        left = "" if maker.quick and not planned else f", {cost * rate / 60:.0f} min left"
-        print(f"[{number}/{len(wanted)}] {entry.name}{left}", file=sys.stderr)
+        rate = spent / planned if planned else 1 / maker.jobs
+        left = sum(costs[number - 1 :]) * rate
+        print(f"[{number}/{len(wanted)}] {entry.name}, {left:.0f} min left", file=sys.stderr)
         if entry.needs and importlib.util.find_spec(entry.needs) is None:
             print(f"  left out: needs {entry.needs}", file=sys.stderr)
             continue
@@ -246,9 +246,9 @@ def make_all(maker: Maker, wanted: Sequence[Entry], entries: Mapping[str, Entry]
             mark_all(maker.docs, entries, before, entry)
         else:
             failed.append(entry.name)
-        wall = time.monotonic() - began
-        spent, planned = spent + wall, planned + entry.minutes
-        said = f"{time.strftime('%H:%M')} {entry.name}: {wall / 60:.1f} min, {_cpu_minutes() - cpu:.1f} core-minutes"
+        wall = (time.monotonic() - began) / 60
+        spent, planned = spent + wall, planned + costs[number - 1]
+        said = f"{time.strftime('%H:%M')} {entry.name}: {wall:.1f} min, {_cpu_minutes() - cpu:.1f} core-minutes"
         print(f"  {said}", file=sys.stderr)
         with (maker.runs / "log.txt").open("a", encoding="utf-8") as log:
             print(said, file=log)

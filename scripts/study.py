@@ -51,6 +51,7 @@ from caregiver_mj.viz.figures import as_bytes
 Job = TypeVar("Job", bound=Hashable)
 Result = TypeVar("Result")
 Item = TypeVar("Item")
+Rows = list[dict[str, str]]  # of a table, by its titles
 AnyWorld = TypeVar("AnyWorld", bound=GridWorld)
 
 FOLDER = pathlib.Path(__file__).with_name("studies")
@@ -216,6 +217,17 @@ def markdown_cells(lines: str) -> list[list[str]]:
     """The cells of a table in Markdown, titles first, without marks of code and emphasis."""
     rows = [re.split(r"(?<!\\)\|", line.strip())[1:-1] for line in lines.strip().splitlines()]
     return [[re.sub(r"[`*\\]", "", cell).strip() for cell in row] for row in (rows[0], *rows[2:])]
+
+
+def read_table(docs: pathlib.Path, page: str, before: str = "") -> Rows:
+    """Return a table: a CSV file, or the first one after some words of a page, without its marks."""
+    text = (docs / page).read_text("utf-8")
+    if page.endswith(".csv"):
+        titles, *rows = csv.reader(text.splitlines())
+    else:
+        text = text.partition(before)[2]
+        titles, *rows = markdown_cells(text[text.index("\n|") :].lstrip().partition("\n\n")[0])
+    return [dict(zip(titles, row, strict=True)) for row in rows]
 
 
 def as_csv(rows: Iterable[Iterable[str]]) -> str:

@@ -18,8 +18,7 @@ import pandas as pd
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.verdicts import LEVEL
 from caregiver_mj.viz.report.published import PUBLISHED
-from paper_figures import read
-from study import Page, Parser, markdown_cells
+from study import Page, Parser, Rows, markdown_cells, read_table
 
 DOCS = pathlib.Path(__file__).parents[2] / "docs"
 _CLAIMED = ("none", "nearest", "expected-danger", "foresight")  # of whom README's first claim is
@@ -168,7 +167,7 @@ def tables_of_the_paper(docs: pathlib.Path) -> str:
 def write_readme(docs: pathlib.Path, readme: pathlib.Path) -> None:
     """Write both into README, each from `<!-- name -->` to `<!-- end of name -->`."""
     text = readme.read_text("utf-8")
-    for name, made in {"main results": main_results, "tables of the paper": tables_of_the_paper}.items():
+    for name, made in {"claim": main_results, "paper": tables_of_the_paper}.items():
         begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"
         before, _, rest = text.partition(begin)
         text = f"{before}{begin}{made(docs)}\n{end}{rest.partition(end)[2]}"
@@ -182,9 +181,9 @@ class Tables:
         """Look for them in a folder."""
         self.docs = docs
 
-    def read(self, file: str, before: str = "") -> list[dict[str, str]]:
-        """Return a table of a page, as `paper_figures.read` does."""
-        return read(file, before, self.docs)
+    def read(self, file: str, before: str = "") -> Rows:
+        """Return a table, as `read_table` does."""
+        return read_table(self.docs, file, before)
 
     def row(self, table: str, caregiver: str) -> dict[str, str]:
         """Return the cells of a caregiver of the first run in a table of a report; without what follows an interval."""

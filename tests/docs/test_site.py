@@ -11,12 +11,12 @@ import sys
 import api_pages
 import gallery
 import leaderboard_page
+import paper_figures
 import pytest
 import reproduce
 import tables
 from PIL import Image
 
-import paper_figures
 from caregiver_mj.caregivers.registry import CAREGIVERS, PLAYERS
 from caregiver_mj.children.child_group import CHILDREN
 from caregiver_mj.experiments.spec import BARE_TABLES
