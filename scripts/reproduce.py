@@ -25,11 +25,10 @@ import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 
 from caregiver_mj.experiments.provenance import OWN, source_digest
+from study import MARK
 
 ROOT = pathlib.Path(__file__).parents[1]
 MANIFEST = pathlib.Path(__file__).with_name("manifest.toml")
-_MARK = re.compile(r"<!-- scripts/reproduce: ([\w-]+); (.+) -->\n(?:\*`\1`, of .*\*\n)?")
-_BARE = r"<!-- scripts/reproduce: .+ -->\n(?:\*`.+`, of .*\*\n)?"
 _LAST = ("scripts/study.py results --docs {docs}", "scripts/paper_figures.py --docs {docs}")
 _TABLE_END = "<!-- end -->"
 _PLACE = re.compile(r" --[\w-]+(?: \S*\{\w+\}\S*)+| --resume")  # options that say where or how, not what
@@ -103,7 +102,7 @@ def _files(command: str) -> Iterator[pathlib.Path]:
 
 def marks(text: str) -> dict[str, str]:
     """Return what the marks of a page say, by entry."""
-    return dict(_MARK.findall(text))
+    return dict(MARK.findall(text))
 
 
 def marked(text: str, made: Mapping[str, str], entries: Mapping[str, Entry]) -> str:
@@ -113,7 +112,7 @@ def marked(text: str, made: Mapping[str, str], entries: Mapping[str, Entry]) -> 
     """
     if new := "".join(_mark(name, made[name]) for name in made if name not in marks(text)):
         title, _, rest = text.partition("\n\n")
-        text = f"{title}\n\n{new}{'' if _MARK.match(rest) else chr(10)}{rest}"
+        text = f"{title}\n\n{new}{'' if MARK.match(rest) else chr(10)}{rest}"
 
     def renew(found: re.Match[str]) -> str:
         name, old = found[1], made.get(found[1], found[2])
@@ -122,12 +121,13 @@ def marked(text: str, made: Mapping[str, str], entries: Mapping[str, Entry]) -> 
         older = "" if old == entries[name].made else f"*`{name}`, of {old}: the code has changed since.*\n"
         return _mark(name, old) + older
 
-    return _MARK.sub(renew, text)
+    return MARK.sub(renew, text)
 
 
 def without_marks(text: str) -> str:
     """Return a page without marks, as its study writes it."""
-    return re.sub(rf"(?:{_BARE})+\n", "", text)
+    title, _, rest = text.partition("\n\n")
+    return f"{title}\n\n{MARK.sub('', rest).lstrip()}"
 
 
 def _mark(name: str, made: str) -> str:
@@ -220,7 +220,7 @@ def write_table(docs: pathlib.Path, entry: Entry, printed: Sequence[tuple[str, s
     lines = [f"| `{command}` | {text.splitlines()[-1]} |" for command, text in rows if text]
     page = docs / entry.table
     text = page.read_text("utf-8")
-    place = _MARK.search(text, text.index(f"<!-- scripts/reproduce: {entry.name};"))
+    place = MARK.search(text, text.index(f"<!-- scripts/reproduce: {entry.name};"))
     assert place is not None
     begin, end = place.end(), text.index(_TABLE_END, place.end())
     page.write_text("\n".join([text[:begin], "| command | result |", "|---|---|", *lines, "", text[end:]]), "utf-8")

@@ -184,15 +184,21 @@ class Page:
     def write(
         self, folder: pathlib.Path, study: str, text: str, tables: Mapping[str, str] = types.MappingProxyType({})
     ) -> None:
-        """Write the page, the tables beside it, and its figures."""
+        """Write the page, with the marks that it had, the tables beside it, and its figures."""
         folder.mkdir(parents=True, exist_ok=True)
+        if (page := folder / f"{self.name or study}.md").exists():
+            title, _, rest = text.partition("\n\n")
+            old = "".join(found[0] for found in MARK.finditer(page.read_text("utf-8")))
+            text = f"{title}\n\n{old}\n{rest}" if old else text
         for file, table_text in {f"{self.name or study}.md": text, **tables}.items():
             (folder / file).write_text(table_text, encoding="utf-8")
         for file, figure in self.figures.items():
             (folder / file).write_bytes(as_bytes(figure, file.rpartition(".")[2]))
 
 
-_MARK = re.compile(r"<!-- (\S+\.csv) -->\n(\|.*(?:\n\|.*)*)\n+")
+# Of `scripts/reproduce`: entry and version; and the line below that says that this is no longer the code's.
+MARK = re.compile(r"<!-- scripts/reproduce: ([\w-]+); (.+) -->\n(?:\*`\1`, of .*\*\n)?")
+_TABLE = re.compile(r"<!-- (\S+\.csv) -->\n(\|.*(?:\n\|.*)*)\n+")
 
 
 def take_tables(text: str) -> tuple[str, dict[str, str]]:
@@ -206,11 +212,11 @@ def take_tables(text: str) -> tuple[str, dict[str, str]]:
         must be equal.
     """
     tables: dict[str, str] = {}
-    for name, lines in _MARK.findall(text):
+    for name, lines in _TABLE.findall(text):
         titles, *rows = markdown_cells(lines)
         rows = rows if name in tables else [titles, *rows]
         tables[name] = tables.get(name, "") + as_csv(rows)
-    return _MARK.sub("", text).rstrip("\n") + "\n", tables
+    return _TABLE.sub("", text).rstrip("\n") + "\n", tables
 
 
 def markdown_cells(lines: str) -> list[list[str]]:

@@ -28,7 +28,8 @@ _OTHERS = {  # further runs of the page, by what they leave there
     "results/houses_grid-shapes.csv": "`shapes-test-100`, houses of all shapes",
     "special/houses_villa.csv": "`villa`, drawn by hand, 1,000 episodes at epsilon .25 and .05",
     "special/houses_stairs-20.csv": "`paper` with stairs at 20",
-    "children/houses_grid-others.csv": "children of all other kinds and shares of random moves, in `test-100`",
+    "children/houses_grid-others.csv": "eleven other kinds and shares of random moves, in `test-100`",
+    "children/houses_grid-drawn.csv": "`seeker:0.5` in `drawn-10`",
 }
 
 

@@ -69,6 +69,10 @@ def test_a_page_is_written_with_its_figures(tmp_path, monkeypatch):
     page.write(tmp_path / "docs", "some", text)
     assert {path.name for path in (tmp_path / "docs").iterdir()} == {"some.md", "a.png", "b.svg"}
     assert (tmp_path / "docs" / "some.md").read_text() == text
+    mark = "<!-- scripts/reproduce: some; version 1 -->\n"
+    (tmp_path / "docs" / "some.md").write_text(f"# Old\n\n{mark}\nOld.\n")
+    page.write(tmp_path / "docs", "some", text)
+    assert (tmp_path / "docs" / "some.md").read_text() == text.replace("# T\n\n", f"# T\n\n{mark}\n")
 
 
 def _identify(job):
