@@ -98,10 +98,9 @@ def main_results(docs: pathlib.Path) -> str:
     acting = pd.concat([test, drawn])[lambda cells: cells.caregiver != "none"]
     harmed, pairs = int((acting.harm_verdict == "more").sum()), acting.groupby("caregiver").size().max()
     # In tables of houses a p of 1 / 2^14 is rounded.
-    harm = pd.read_csv(docs / "results" / "tables" / "harm_by_hazards.csv")
+    harm = _read_harm(docs, "results")
     could = [_decidable(harm, name) + _decidable_in(drawn, name) for name in _CLAIMED[1:]]
-    others = pd.read_csv(docs / "children" / "tables" / "harm_by_hazards.csv").query("caregiver == 'expected-danger'")
-    worst = others.iloc[0]  # in the grid
+    worst = _read_harm(docs, "children").query("caregiver == 'expected-danger'").iloc[0]
     most = worst.difference.split()[0].lstrip("+")
     robot = house[house.caregiver != "none"]
     struck, grazed, dropped = (
@@ -112,7 +111,7 @@ def main_results(docs: pathlib.Path) -> str:
         "In the grid, `nearest`, `expected-danger` (the paper's rule) and `foresight` (a planner) significantly "
         f"increased damage in {harmed} of {pairs} conditions (a house and a toddler); an increase could have been "
         f"detected in {min(could)} to {max(could)}. The worst is a child that follows the robot: with children of "
-        f"other kinds `expected-danger` increased damage in {worst['cells with harm']}, by up to {most} an "
+        f"other kinds `expected-danger` increased damage in {worst.harmed}, by up to {most} an "
         f"episode. In {robot.episodes.sum():,} physical episodes the robot struck a child {struck} times "
         f"({grazed} by the stricter count) and dropped {dropped} things; an increase of damage could have been "
         f"detected in {shown} of {robot.groupby('caregiver').size().max()}. [Limits](docs/guide/limits.md)"
@@ -132,6 +131,12 @@ def main_results(docs: pathlib.Path) -> str:
     return "\n".join([textwrap.fill(text, 120, break_long_words=False, break_on_hyphens=False), "", *head, *rows])
 
 
+def _read_harm(docs: pathlib.Path, name: str) -> pd.DataFrame:
+    """Return a report's table of harm by hazards; its columns have been called differently."""
+    titles = ("run", "caregiver", "harmed", "detectable", "worse", "worst", "alone", "with", "difference")
+    return pd.read_csv(docs / name / "tables" / "harm_by_hazards.csv", names=titles, header=0)
+
+
 def _of_novices(cells: pd.DataFrame) -> pd.Series:
     """Return which rows are of novices, and not of children with names."""
     return ~cells.family.astype(str).str.contains("[a-z]")
@@ -139,7 +144,7 @@ def _of_novices(cells: pd.DataFrame) -> pd.Series:
 
 def _decidable(harm: pd.DataFrame, caregiver: str) -> int:
     """Return in how many pairs of the first run harm could be shown, as the report says."""
-    return int(harm.loc[(harm.run == harm.run.iloc[0]) & (harm.caregiver == caregiver), "could be shown in"].item())
+    return int(harm.loc[(harm.run == harm.run.iloc[0]) & (harm.caregiver == caregiver), "detectable"].item())
 
 
 def _decidable_in(cells: pd.DataFrame, caregiver: str) -> int:
@@ -170,6 +175,8 @@ def write_readme(docs: pathlib.Path, readme: pathlib.Path) -> None:
     text = readme.read_text("utf-8")
     for name, made in {"claim": main_results, "paper": tables_of_the_paper}.items():
         begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"
+        if not 0 <= text.find(begin) < text.find(end):
+            raise CaregiverError(f"{readme} must have a place for '{name}', got none")
         before, _, rest = text.partition(begin)
         text = f"{before}{begin}{made(docs)}\n{end}{rest.partition(end)[2]}"
     readme.write_text(text, "utf-8")
@@ -195,6 +202,11 @@ class Tables:
     def left(self, name: str, caregiver: str) -> list[str]:
         """Return the damage left by a caregiver in the first run of a report, a cell for each child."""
         return [*self.row(f"{name}/tables/damage_left_by_each_caregiver.csv", caregiver).values()][2:]
+
+    def harm(self, name: str, caregiver: str) -> tuple[str, str, str]:
+        """Return in how many conditions a caregiver does harm, and could be shown to, and the greatest difference."""
+        row = _read_harm(self.docs, name).query("caregiver == @caregiver").iloc[0]
+        return row.harmed, row.detectable, _interval(row.difference)
 
     def closed(self, caregiver: str) -> str:
         """Return the share of the way from the rule to the planner that a caregiver goes; "" if it was not run."""
