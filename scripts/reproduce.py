@@ -44,8 +44,8 @@ class Entry:
         minutes: Cost on one core.
         pages: The pages that show it, relative to the documentation.
         run: Commands, and for each what `--quick` appends to it; None to leave it out there.
-        table: The page, one of `pages`, that has the last line which each command prints, from the entry's mark to
-            `<!-- end -->`; all that they print is in `measured/NAME.txt`.
+        table: The page, one of `pages`, that has the last line which each command prints, or all if that is a table,
+            from the entry's mark to `<!-- end -->`; all that they print is in `measured/NAME.txt`.
         needs: A module without which the entry is left out.
     """
 
@@ -215,19 +215,21 @@ class Maker:
 
 
 def write_table(docs: pathlib.Path, entry: Entry, printed: Sequence[tuple[str, str]]) -> None:
-    """Write what commands have printed: the last lines into the page of the entry, all into a file beside."""
+    """Write what commands have printed: tables and last lines into the page of the entry, all into a file beside."""
     rows = [(_PLACE.sub("", command), text.strip()) for command, text in printed]
-    lines = [f"| `{command}` | {text.splitlines()[-1]} |" for command, text in rows if text]
+    last = [(command, text, text.splitlines()[-1]) for command, text in rows if text]
+    shown = [text for _, text, line in last if line.startswith("|")]
+    if lines := [f"| `{command}` | {line} |" for command, _, line in last if not line.startswith("|")]:
+        shown.append("\n".join(["| command | result |", "|---|---|", *lines]))
     page = docs / entry.table
     text = page.read_text("utf-8")
     place = MARK.search(text, text.index(f"<!-- scripts/reproduce: {entry.name};"))
     assert place is not None
     begin, end = place.end(), text.index(_TABLE_END, place.end())
-    page.write_text("\n".join([text[:begin], "| command | result |", "|---|---|", *lines, "", text[end:]]), "utf-8")
+    page.write_text("\n\n".join([text[:begin].rstrip("\n"), *shown, text[end:]]), "utf-8")
     file = docs / "measured" / f"{entry.name}.txt"
     file.parent.mkdir(exist_ok=True)
-    shown = [f"$ python {command}\n{text}\n" for command, text in rows]
-    file.write_text("\n".join(shown), "utf-8")
+    file.write_text("\n".join(f"$ python {command}\n{text}\n" for command, text in rows), "utf-8")
 
 
 def make_all(maker: Maker, wanted: Sequence[Entry], entries: Mapping[str, Entry]) -> list[str]:

@@ -93,6 +93,10 @@ def test_what_is_done_is_not_run_again_and_what_it_prints_is_in_the_page(tmp_pat
     assert counted.read_text() == "x"
     assert f"| `{script} {counted}` | 5 of 5 |\n\n<!-- end -->\n\nWords.\n" in page.read_text()
     assert (tmp_path / "measured/some.txt").read_text().endswith("many\n5 of 5\n")
+    script.write_text("print('| a |'); print('| - |'); print('| 1 |')\n")
+    assert Maker(tmp_path / "other", tmp_path, 1).make(one)
+    assert "-->\n\n| a |\n| - |\n| 1 |\n\n<!-- end -->\n\nWords.\n" in page.read_text()
+    script.write_text("raise SystemExit(1)\n")
     failing = entry("bad", run=((f"{script}", ""),))
     assert not maker.make(failing)
 
