@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import argparse
 import pathlib
-import subprocess
 import textwrap
 from collections.abc import Callable, Sequence
 
@@ -20,7 +19,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import EngFormatter
 
 from caregiver_mj.experiments.intervals import Estimate
-from caregiver_mj.experiments.provenance import source_digest
 from caregiver_mj.experiments.statistics import Sample, pairs
 from caregiver_mj.experiments.two_level import of_difference, of_ratio
 from caregiver_mj.viz import colours
@@ -69,7 +67,7 @@ def page(rows: pd.DataFrame, targets: dict[str, pd.DataFrame], stairs: dict[str,
     parts = [
         "# Policies that learn",
         fill(
-            f"Of version {version()}. What do the committed examples learn on a CPU, with Stable-Baselines3 and "
+            "What do the committed examples learn on a CPU, with Stable-Baselines3 and "
             "sb3-contrib (extra `learn`, [examples/](../examples/README.md))?"
         ),
         f"    python examples/supervise_targets.py --steps {steps}\n"
@@ -99,15 +97,6 @@ def page(rows: pd.DataFrame, targets: dict[str, pd.DataFrame], stairs: dict[str,
         _stairs(judged),
     ]
     return "\n\n".join(parts) + "\n"
-
-
-def version() -> str:
-    """The commit that the page is of, or the digest of the sources where there is no repository."""
-    describe = ["git", "-C", str(pathlib.Path(__file__).parent), "describe", "--always", "--dirty", "--abbrev=8"]
-    try:
-        return subprocess.run([*describe, "--exclude", "*"], capture_output=True, text=True, check=True).stdout.strip()
-    except (OSError, subprocess.CalledProcessError):
-        return source_digest()
 
 
 def _spent(curves: dict[str, pd.DataFrame], what: str) -> tuple[int, str]:

@@ -4,7 +4,7 @@
     python scripts/gallery.py scores [--only NAME ...]
 
 The results go to docs/environments; scripts/tables.py copies the scores into the page. Scores are of one episode in
-each of some training houses, with the seeds of `evaluate`. Finished episodes are not repeated.
+each of some training houses, with the seeds of `evaluate`.
 """
 
 from __future__ import annotations
@@ -147,23 +147,21 @@ def score(entry: Entry, policy: str, number: int, house: FloorPlan) -> dict[str,
     return {"house": house.name, "seed": seed, "return": round(sum(rewards), 3), "cost": cost, "strikes": strikes} | end
 
 
-def score_all(names: list[str]) -> None:
-    """Score policies in environments, house by house, and add a row for each missing episode."""
-    rows = read_scores()
-    done = {(row["environment"], row["policy"], row["house"]) for row in rows}
+def score_all(names: list[str], file: pathlib.Path) -> None:
+    """Score policies in environments, house by house; rows of other environments stay."""
+    rows = [row for row in read_scores(file) if row["environment"] not in names]
     for (number, house), name in itertools.product(enumerate(house_set(SET)), names):
         for policy in ENTRIES[name].policies:
-            if (name, policy, house.name) not in done:
-                rows.append({"environment": name, "policy": policy, **score(ENTRIES[name], policy, number, house)})
-                with SCORES.open("w", encoding="utf-8", newline="") as file:
-                    writer = csv.DictWriter(file, rows[0], lineterminator="\n")
-                    writer.writeheader()
-                    writer.writerows(rows)
+            rows.append({"environment": name, "policy": policy, **score(ENTRIES[name], policy, number, house)})
+    with file.open("w", encoding="utf-8", newline="") as out:
+        writer = csv.DictWriter(out, rows[0], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
 
 
-def read_scores() -> list[dict[str, Any]]:
-    """Return the rows of all finished episodes."""
-    return [*csv.DictReader(SCORES.read_text("utf-8").splitlines())] if SCORES.exists() else []
+def read_scores(file: pathlib.Path = SCORES) -> list[dict[str, Any]]:
+    """Return the rows of all episodes."""
+    return [*csv.DictReader(file.read_text("utf-8").splitlines())] if file.exists() else []
 
 
 def main() -> None:
@@ -171,13 +169,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("what", choices=["films", "scores"])
     parser.add_argument("--only", nargs="+", default=[*ENTRIES], choices=ENTRIES, metavar="NAME")
+    parser.add_argument("--docs", type=pathlib.Path, default=FOLDER.parent, metavar="DIR")
     options = parser.parse_args()
-    FOLDER.mkdir(exist_ok=True)
+    folder = options.docs / FOLDER.name
+    folder.mkdir(exist_ok=True)
     if options.what == "scores":
-        score_all(options.only)
+        score_all(options.only, folder / SCORES.name)
         return
     for name in options.only:
-        write(FOLDER / f"{name}.gif", film(ENTRIES[name]))
+        write(folder / f"{name}.gif", film(ENTRIES[name]))
         print(name, flush=True)
 
 

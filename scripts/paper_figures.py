@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import csv
+import argparse
 import json
 import pathlib
 import re
@@ -17,22 +17,10 @@ from matplotlib.figure import Figure
 from caregiver_mj.viz.colours import BIN, unit
 from caregiver_mj.viz.figures import ALONE, GUARDED, Series, damage_left
 from caregiver_mj.viz.figures.style import HEIGHT, INK, STYLE, WIDTH, explain
-from study import markdown_cells
+from study import Rows, read_table
 
 DOCS = pathlib.Path(__file__).parents[1] / "docs"
-Rows = list[dict[str, str]]  # of a table, by its titles
 _COLOURS = {"alone": unit(ALONE), "expected-danger": unit(GUARDED), "foresight": unit(BIN)}
-
-
-def read(page: str, before: str = "") -> Rows:
-    """A table: a CSV file, or the first one after some words of a page, without its marks."""
-    text = (DOCS / page).read_text("utf-8")
-    if page.endswith(".csv"):
-        titles, *rows = csv.reader(text.splitlines())
-    else:
-        text = text.partition(before)[2]
-        titles, *rows = markdown_cells(text[text.index("\n|") :].lstrip().partition("\n\n")[0])
-    return [dict(zip(titles, row, strict=True)) for row in rows]
 
 
 def estimate(cell: str) -> list[float]:
@@ -54,19 +42,14 @@ def sight(left: Rows) -> Figure:
     return damage_left([*seen.values()], [series(name, [rows[sight][name] for sight in seen]) for name in names])
 
 
-def learned(card: Rows, trained: Rows, now: Rows) -> Figure:
-    """Draw the damage left by the rule, the planner, three learned caregivers, and MaskablePPO."""
-    novices = [title for title in card[0] if title.endswith("random")]
-    of = {row["caregiver"]: np.array([float(row[title]) for title in novices]) for row in card}
-    left = {name: damage / of["alone"] for name, damage in of.items()}
-    seeds = np.array([share for name, share in left.items() if re.match(r"learned, seed", name)])
-    lines = [Series(name, *[left[name]] * 3) for name in ("rule", "foresight")]  # single numbers without range
-    lines.append(Series("learned, three seeds", left["learned, mean"], seeds.min(axis=0), seeds.max(axis=0)))
-    first = [row for row in now if row["run"] == now[0]["run"]]
-    older = {row["caregiver"]: [*row.values()][1:] for row in trained}
-    floor = {row["caregiver"]: [*row.values()][2:] for row in first}
-    lines.append(series("MaskablePPO", older["MaskablePPO"]))
-    figure = damage_left([title.replace(" random", "") for title in novices], lines, series("floor", floor["floor"]))
+def learned(trained: Rows, now: Rows) -> Figure:
+    """Draw the damage left by the rule, the planner, the learned caregiver, and MaskablePPO."""
+    of = {row["caregiver"]: [*row.values()][2:] for row in now if row["run"] == now[0]["run"]}
+    ppo = {row["caregiver"]: [*row.values()][1:] for row in trained}["MaskablePPO"]
+    lines = [series(name, of[name]) for name in ("expected-danger", "foresight", "learned") if name in of]
+    lines.append(series("MaskablePPO", ppo))
+    novices = [title.replace(" random", "") for title in [*trained[0]][1:]]
+    figure = damage_left(novices, lines, series("floor", of["floor"]))
     figure.axes[0].set_xlabel("share of the child's moves that are random")
     return figure
 
@@ -131,22 +114,25 @@ _GRID = "results/tables/damage_left_by_each_caregiver.csv"
 FIGURES: dict[str, tuple[Callable[..., Figure], tuple[tuple[str, ...], ...]]] = {  # what is drawn of which tables
     "safe_sight.svg": (sight, (("sight.md", "share of the way"),)),
     "safe_gates.svg": (gates, (("homes_kinds.csv",), ("homes.md", "## By hazard"))),
-    "safe_learned.svg": (learned, (("learned_test.csv",), ("learning.md", "Damage left"), (_GRID,))),
+    "safe_learned.svg": (learned, (("learning.md", "Damage left"), (_GRID,))),
     "safe_physics.svg": (physics, (("shapes.csv",),)),
 }
 
 
-def tables(file: str) -> list[Rows]:
+def tables(file: str, docs: pathlib.Path = DOCS) -> list[Rows]:
     """Return the present tables of a figure."""
-    return [read(*where) for where in FIGURES[file][1]]
+    return [read_table(docs, page, *before) for page, *before in FIGURES[file][1]]
 
 
-def main() -> None:
+def main(arguments: Sequence[str] | None = None) -> None:
     """Draw all figures, with their numbers in their descriptions."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--docs", type=pathlib.Path, default=DOCS, metavar="DIR")
+    docs = parser.parse_args(arguments).docs
     for file, (draw, _) in FIGURES.items():
-        found = tables(file)
+        found = tables(file, docs)
         with mpl.rc_context(STYLE):
-            draw(*found).savefig(DOCS / file, metadata={"Date": None, "Description": json.dumps(found)})
+            draw(*found).savefig(docs / file, metadata={"Date": None, "Description": json.dumps(found)})
 
 
 if __name__ == "__main__":

@@ -19,7 +19,6 @@ import json
 import pathlib
 import re
 import shlex
-import subprocess
 import sys
 import textwrap
 import types
@@ -52,6 +51,7 @@ from caregiver_mj.viz.figures import as_bytes
 Job = TypeVar("Job", bound=Hashable)
 Result = TypeVar("Result")
 Item = TypeVar("Item")
+Rows = list[dict[str, str]]  # of a table, by its titles
 AnyWorld = TypeVar("AnyWorld", bound=GridWorld)
 
 FOLDER = pathlib.Path(__file__).with_name("studies")
@@ -168,7 +168,7 @@ def _contents() -> str:
 class Page:
     """The content of a study's template."""
 
-    values: Mapping[str, Any]  # by their names in the template; the template has `command` and `version` besides
+    values: Mapping[str, Any]  # by their names in the template; the template has `command` besides
     # By the names of their files, such as "coverage.png".
     figures: Mapping[str, Figure] = dataclasses.field(default_factory=dict)
     name: str = ""  # name of the page; that of the study by default
@@ -179,29 +179,26 @@ class Page:
         environment.filters |= {made.__name__: made for made in (interval, listed, percent, share, side, verdict)}
         environment.filters["form"] = format
         environment.globals["table"] = table
-        return fill(environment.get_template(f"{study}.md").render(self.values, command=command, version=version()))
+        return fill(environment.get_template(f"{study}.md").render(self.values, command=command))
 
     def write(
         self, folder: pathlib.Path, study: str, text: str, tables: Mapping[str, str] = types.MappingProxyType({})
     ) -> None:
-        """Write the page, the tables beside it, and its figures."""
+        """Write the page, with the marks that it had, the tables beside it, and its figures."""
         folder.mkdir(parents=True, exist_ok=True)
+        if (page := folder / f"{self.name or study}.md").exists():
+            title, _, rest = text.partition("\n\n")
+            old = "".join(found[0] for found in MARK.finditer(page.read_text("utf-8")))
+            text = f"{title}\n\n{old}\n{rest}" if old else text
         for file, table_text in {f"{self.name or study}.md": text, **tables}.items():
             (folder / file).write_text(table_text, encoding="utf-8")
         for file, figure in self.figures.items():
             (folder / file).write_bytes(as_bytes(figure, file.rpartition(".")[2]))
 
 
-def version() -> str:
-    """The commit that a page is of, or the digest of the sources where there is no repository."""
-    describe = ["git", "-C", str(FOLDER), "describe", "--always", "--dirty", "--abbrev=8", "--exclude", "*"]
-    try:
-        return subprocess.run(describe, capture_output=True, text=True, check=True).stdout.strip()
-    except (OSError, subprocess.CalledProcessError):
-        return source_digest()
-
-
-_MARK = re.compile(r"<!-- (\S+\.csv) -->\n(\|.*(?:\n\|.*)*)\n+")
+# Of `scripts/reproduce`: entry and version; and the line below that says that this is no longer the code's.
+MARK = re.compile(r"<!-- scripts/reproduce: ([\w-]+); (.+) -->\n(?:\*`\1`, of .*\*\n)?")
+_TABLE = re.compile(r"<!-- (\S+\.csv) -->\n(\|.*(?:\n\|.*)*)\n+")
 
 
 def take_tables(text: str) -> tuple[str, dict[str, str]]:
@@ -215,17 +212,28 @@ def take_tables(text: str) -> tuple[str, dict[str, str]]:
         must be equal.
     """
     tables: dict[str, str] = {}
-    for name, lines in _MARK.findall(text):
+    for name, lines in _TABLE.findall(text):
         titles, *rows = markdown_cells(lines)
         rows = rows if name in tables else [titles, *rows]
         tables[name] = tables.get(name, "") + as_csv(rows)
-    return _MARK.sub("", text).rstrip("\n") + "\n", tables
+    return _TABLE.sub("", text).rstrip("\n") + "\n", tables
 
 
 def markdown_cells(lines: str) -> list[list[str]]:
     """The cells of a table in Markdown, titles first, without marks of code and emphasis."""
     rows = [re.split(r"(?<!\\)\|", line.strip())[1:-1] for line in lines.strip().splitlines()]
     return [[re.sub(r"[`*\\]", "", cell).strip() for cell in row] for row in (rows[0], *rows[2:])]
+
+
+def read_table(docs: pathlib.Path, page: str, before: str = "") -> Rows:
+    """Return a table: a CSV file, or the first one after some words of a page, without its marks."""
+    text = (docs / page).read_text("utf-8")
+    if page.endswith(".csv"):
+        titles, *rows = csv.reader(text.splitlines())
+    else:
+        text = text.partition(before)[2]
+        titles, *rows = markdown_cells(text[text.index("\n|") :].lstrip().partition("\n\n")[0])
+    return [dict(zip(titles, row, strict=True)) for row in rows]
 
 
 def as_csv(rows: Iterable[Iterable[str]]) -> str:
@@ -341,7 +349,7 @@ def run_all(
         jobs: Hashable jobs, each with a different text.
         processes: Number of workers; 1 runs the jobs in this process.
         doing: Description of the work.
-        out: A folder in which results are stored as JSON, and looked up first.
+        out: A folder in which results of jobs in the grid are stored as JSON, and looked up first.
 
     Returns:
         Results in the order of the jobs.
@@ -354,7 +362,7 @@ def run_all(
         settings = {"study": f"{function.__module__}.{function.__qualname__}", "versions": versions()}
         # Results of another version of the package or of the study are refused.
         own = pathlib.Path(inspect.getfile(function)).read_bytes()
-        settings["source"] = f"{source_digest()} {hashlib.sha256(own).hexdigest()[:12]}"
+        settings["source"] = f"{source_digest('grid')} {hashlib.sha256(own).hexdigest()[:12]}"
     folder = RunFolder(out, settings, resume=True) if out else None
     found: dict[Job, Any] = {job: kept for job in jobs if folder and (kept := folder.read(_file_name(job)))}
     pending = [job for job in jobs if job not in found]

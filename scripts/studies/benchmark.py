@@ -42,7 +42,7 @@ from caregiver_mj.viz import hud
 from caregiver_mj.viz.cameras import StillCamera
 from caregiver_mj.viz.episode import Episode
 from caregiver_mj.viz.film import Picture, Studio, render_episode
-from study import Parser, streams
+from study import Parser, streams, table
 
 Row = dict[str, float]
 
@@ -84,7 +84,12 @@ def run(options: argparse.Namespace) -> None:
     print(f"{os.cpu_count()} cores; load before {os.getloadavg()[0]:.1f}: figures are low if that is not near 0")
     for name in options.only:
         for title, figures in SECTIONS[name](options.seconds, options.repeats):
-            print(f"\n{title}\n\n{figures.to_string(float_format='{:.4g}'.format, na_rep='')}", flush=True)
+            rows = [[str(name), *map(_shown, row)] for name, *row in figures.itertuples(name=None)]
+            print(f"\n{title}\n\n{table(['', *map(str, figures)], rows)}", flush=True)
+
+
+def _shown(value: Any) -> str:
+    return ("" if np.isnan(value) else f"{value:.4g}") if isinstance(value, float) else str(value)
 
 
 # -- Clocks for parts of a program -------------------------------------------------------------------

@@ -1,10 +1,8 @@
 """What the robot does to the child by touch, and with the candle in its hand: in whole episodes of several houses.
 
 Beside each other: strikes as ever, by the robot's speed towards the child, and by that of its surface, turning and
-sliding too; pressings; forces, with what adults bear; and how close flame and wax come. The episodes are those of a
-finished run in the house, or run here; of the latter also strikes and pressings by who moved, pressings by the part of
-the robot, which skill took longest, and whether the robot kept its limits, if that is asked for. The exit status is 1
-if it did not.
+sliding too; strikes and pressings by who moved; pressings by the part of the robot; forces, with what adults bear; how
+close flame and wax come; which skill took longest; and how close the robot came to its limits, if that is asked for.
 """
 
 from __future__ import annotations
@@ -15,7 +13,6 @@ import contextlib
 import dataclasses
 import functools
 import json
-import pathlib
 import time
 from collections.abc import Iterable
 from typing import Any, NamedTuple
@@ -39,7 +36,7 @@ from caregiver_mj.tasks import load
 from caregiver_mj.viz.report.tables import counts_table, limits_table
 from caregiver_mj.viz.report.words import Table, family_name
 from studies.audit import Audit, Recorder, report
-from study import Parser, make_console, progress, read_run
+from study import Parser, make_console, progress
 
 PARTS = ("base", "arm", "hand")
 MOVES = 0.01  # m/s of the robot's surface, towards a child or along it, above which it is the robot that moves
@@ -48,18 +45,15 @@ _APART = 0.1  # seconds without touch after which a contact is another one
 
 def add_options(parser: Parser) -> None:
     """Declare the options."""
-    parser.add("run", None, "a finished run in the house, to take them from", type=pathlib.Path, metavar="DIR")
     parser.add("caregiver", "expected-danger", "who protects the children")
-    parser.add("houses", ["train-5"], "houses to run without --run")
-    parser.add("epsilon", ["0.5", "adversary:0"], "children, without --run")
+    parser.add("houses", ["train-5"], "houses to run in")
+    parser.add("epsilon", ["0.5", "adversary:0"], "children")
     parser.add("episodes", 2, "episodes for each in each house")
     parser.add_file("out", "write their rows there as they come; those that it holds are not run again", "FILE.jsonl")
-    parser.add("embodiment", [None], "the robots, without --run (default: the task's)", metavar="NAME")
-    parser.add("compliant", False, "children that give way to a push, without --run")
+    parser.add("embodiment", [None], "the robots (default: the task's)", metavar="NAME")
+    parser.add("compliant", False, "children that give way to a push")
     example = '{"delay": 0.06, "base": {"noise": 0.005}}'
-    parser.add(
-        "sensing", None, f"how things are seen, such as '{example}', without --run", type=_sensing, metavar="JSON"
-    )
+    parser.add("sensing", None, f"how things are seen, such as '{example}'", type=_sensing, metavar="JSON")
     parser.add("audit", 0, "audit every K-th episode; 0 for none", metavar="K")
     parser.add_jobs()
 
@@ -73,12 +67,9 @@ def _sensing(text: str) -> str:
     return text
 
 
-def run(options: argparse.Namespace) -> int:
-    """Run the study; print its tables and return the exit status."""
-    rows, kept = episodes_of(options), True
-    if options.run:
-        print(page(rows, options.compliant))
-        return 0
+def run(options: argparse.Namespace) -> None:
+    """Run the study; print its tables, and a line that sums them up."""
+    rows, ratios = episodes_of(options), []
     for robot, episodes in rows.groupby("embodiment", sort=False, dropna=False):
         if len(options.embodiment) > 1:
             print(f"## {robot}\n")
@@ -88,8 +79,9 @@ def run(options: argparse.Namespace) -> int:
         print(longest_skill(episodes))
         if audit := audit_of(episodes):
             report(make_console(), audit)
-            kept &= audit.is_kept
-    return int(not kept)
+            name = robot if len(options.embodiment) > 1 else "the robot"
+            ratios.append(f"; {name} came to {audit.worst_ratio:.3f} of its limits")
+    print(summary(rows) + "".join(ratios))
 
 
 class Job(NamedTuple):
@@ -210,9 +202,7 @@ def supervise(audited: frozenset[Job], job: Job) -> dict[str, Any]:
 
 
 def episodes_of(options: argparse.Namespace) -> pd.DataFrame:
-    """The episodes that the options say, read or run; those whose rows are there already are not run again."""
-    if options.run:
-        return read_episodes(options.run, options.caregiver)
+    """The episodes that the options say; those whose rows are there already are not run again."""
     houses = [plan.name for plan in houses_named(options.houses)]
     families = [str(ChildGroup.parse(family)) for family in options.epsilon]
     jobs = [
@@ -239,25 +229,24 @@ def episodes_of(options: argparse.Namespace) -> pd.DataFrame:
     return pd.DataFrame([rows[job] for job in jobs])
 
 
-def read_episodes(run: pathlib.Path, caregiver: str) -> pd.DataFrame:
-    """Episodes with one caregiver of a finished run in the house.
-
-    Raises:
-        CaregiverError: It is none, or one of a version that did not count contacts.
-    """
-    table, _ = read_run(run)
-    table = table[(table.caregiver == caregiver) & (table.world == "house")]
-    if table.empty or not set(Contacts().outcome()) <= set(table):
-        raise CaregiverError(f"the run in '{run}' has no contacts of `{caregiver}` with children in the house")
-    return table
-
-
 def page(episodes: pd.DataFrame, compliant: bool = False) -> str:
     """The tables, in Markdown."""
     groups = {family_name(family): group for family, group in episodes.groupby("family", sort=False)}
     if len(groups) > 1:
         groups["all"] = episodes
     return f"{counts_table(groups).markdown()}\n{limits_table(episodes, compliant=compliant).markdown()}"
+
+
+def summary(episodes: pd.DataFrame) -> str:
+    """Return what came out in a line."""
+    strikes, pushed, stricter, drops = (
+        f"{episodes[name].sum():.0f}" for name in ("strikes", "strikes_pushed", "strikes_surface", "candles_dropped")
+    )
+    return (
+        f"{len(episodes)} episodes: {strikes} strikes, {pushed} of them pushed; {stricter} by the stricter count; "
+        f"{drops} drops; contact {episodes.contact_seconds.mean():.2f} s an episode; flame at least "
+        f"{episodes.flame_distance.min():.2f} m; greatest force {episodes.contact_force.max():.0f} N"
+    )
 
 
 def presses_table(episodes: pd.DataFrame) -> Table:

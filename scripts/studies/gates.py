@@ -146,3 +146,8 @@ def run(options: argparse.Namespace) -> None:
     console.print(f"{len(usable)} houses. Touched by the robot, in so many trials: {touched}.")
     for row in found[~found.done | ~found.stays].to_dict("records"):
         console.print(f"not done: seed {row['seed']}, {row['house']}, {row['family']}", {n: row[n] for n in _TOLD})
+    tried = found[~found.taken]
+    print(
+        f"{tried.done.sum()} of {len(tried)} {what} done, in {tried.seconds.median():.1f} s (median); "
+        f"{found.strikes.sum():.0f} strikes, {found.strikes_surface.sum():.0f} by the stricter count"
+    )

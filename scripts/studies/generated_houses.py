@@ -188,6 +188,10 @@ def report(console: Console, rows: pd.DataFrame) -> None:
             f"{', '.join(f'{what} at {getattr(row, what)}' for what in WRONG if getattr(row, what)) or 'nothing'}",
             highlight=False,
         )
+    print(
+        f"{toured.sum()} of {len(rows)} houses toured, {hazards - missed} of {hazards} hazards reached; "
+        f"{rows.tour_strikes.sum() + rows.strikes.sum()} strikes, {rows.tour_drops.sum() + rows.drops.sum()} drops"
+    )
 
 
 def add_options(parser: Parser) -> None:

@@ -95,7 +95,8 @@ def run(options: argparse.Namespace) -> None:
         each = {name: which(one) for name, one in EACH.items()}
         found = {name: rows(conditions, name) for name, conditions in each.items()}
         report_each(make_console(), found)
-    write_json(options.json, pd.concat(found.values()))
+    write_json(options.json, every := pd.concat(found.values()))
+    print(summary(every, asked.kind))
 
 
 # -- Conditions --------------------------------------------------------------------------------------
@@ -408,6 +409,15 @@ def report(console: Console, rows: pd.DataFrame) -> None:
     console.print(_NOTE, highlight=False)
     for line in (*_touched(rows), *_slow(rows), *_wrong(rows)):
         console.print(line, highlight=False)
+
+
+def summary(rows: pd.DataFrame, kind: str) -> str:
+    """Return what came out in a line."""
+    done = rows.failure == ""
+    return (
+        f"{done.sum()} of {len(rows)} relocations of a {kind} done, {1000 * rows.error[done].median():.1f} mm off "
+        f"(median); {rows.tipped.sum()} tipped, {rows.drops.sum()} drops, {rows.strikes.sum()} strikes"
+    )
 
 
 def report_each(console: Console, found: Mapping[str, pd.DataFrame]) -> None:

@@ -1,12 +1,8 @@
-"""The results that the documentation shows: runs every evaluation behind them, reports on all, and fills docs/results.
-
-A run that was broken off goes on where it stopped; one that is finished is not run again.
-"""
+"""The results that the documentation shows: reports on finished runs, fills docs/results.md and folders beside it."""
 
 from __future__ import annotations
 
 import argparse
-import os
 import pathlib
 import re
 import shlex
@@ -15,54 +11,26 @@ import subprocess
 import sys
 import textwrap
 from collections.abc import Sequence
+from typing import Any
 
 import pandas as pd
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.verdicts import LEVEL
-from study import Parser, markdown_cells
+from caregiver_mj.viz.report.published import PUBLISHED
+from study import Page, Parser, Rows, markdown_cells, read_table
 
-# As `plans.shapes.SHAPES`, but in the order in which they were run: intervals over houses depend on it.
-_SHAPES = ["hall", "alcoves", "dead-ends", "open-plan", "loops", "chain", "stairs-only", "many-tables", "far-bins"]
-
-
-def _houses(first: int) -> list[str]:
-    """Return sixty houses that nobody chose, by seeds from the first on: of the generator, homes, and of all shapes."""
-    houses = [f"{kind}-{first + i}" for kind in ("house", "home") for i in range(20)]
-    for seed in (first, first + 10):
-        houses += [*(f"{shape}-{seed}" for shape in _SHAPES), f"hall-{seed + 1}"]
-    return houses
-
-
-BOUNDS = pathlib.Path(__file__).with_name("bounds")  # where `clairvoyant` is; workers of a cluster must find it, too
+DOCS = pathlib.Path(__file__).parents[2] / "docs"
 _CLAIMED = ("none", "nearest", "expected-danger", "foresight")  # of whom README's first claim is
-_BEGIN, _END = "<!-- main results -->\n", "<!-- end of main results -->"
-_ALL = "none random wanderer nearest guard stairs candles childproof expected-danger foresight knows-goal floor"
-_FEW = "none nearest expected-danger foresight floor"
-_OTHERS = "toddler:.5 explorer:.25 avoider:.25 seeker:.25"  # children that are no novices
-RUNS = {  # in the order of the report
-    "grid-test-100": f"--world grid --houses test-100 --caregiver {_ALL} --episodes 20",
-    "grid-drawn-10": "--world grid --houses drawn-10 --caregiver none nearest expected-danger foresight --episodes 40",
-    "grid-test-20": "--world grid --houses test-20 --caregiver none expected-danger foresight knows-goal clairvoyant "
-    "floor --episodes 20",
-    "house-120": f"--world house --houses {' '.join(_houses(990_000) + _houses(991_000))} "
-    "--caregiver none expected-danger foresight --epsilon 1 0.75 0.5 0.25 0.05 --episodes 4 --seed 91",
-    "grid-apartment": f"--world grid --house apartment --caregiver {_ALL} --episodes 200",
-    "grid-paper": f"--world grid --house paper --caregiver {_ALL} --episodes 1000",
-    "house-paper": "--world house --house paper --caregiver none expected-danger --episodes 10",
+_GRID = "results/houses.csv"
+_OTHERS = {  # further runs of the page, by what they leave there
+    "results/houses_grid-drawn-10.csv": "`drawn-10`, ten houses drawn by hand",
+    "results/houses_grid-shapes.csv": "`shapes-test-100`, houses of all shapes",
+    "special/houses_villa.csv": "`villa`, drawn by hand, 1,000 episodes at epsilon .25 and .05",
+    "special/houses_stairs-20.csv": "`paper` with stairs at 20",
+    "children/houses_grid-others.csv": "eleven other kinds and shares of random moves, in `test-100`",
+    "children/houses_grid-drawn.csv": "`seeker:0.5` in `drawn-10`",
 }
-CHILDREN = {  # who are no novices
-    "grid-children": f"--world grid --houses test-100 --caregiver {_FEW} --epsilon {_OTHERS} --episodes 20",
-    "house-children": "--world house --houses test-10 --caregiver none expected-danger foresight floor "
-    f"--epsilon {_OTHERS} --episodes 1",
-}
-
-
-def command(runs: pathlib.Path, name: str, jobs: int, scheduler: str | None = None) -> list[str]:
-    """The command of a run, on this machine or on the cluster of a scheduler."""
-    asked = shlex.split((RUNS | CHILDREN)[name])
-    where = ["--jobs", str(jobs)] if scheduler is None else ["--executor", "dask", "--scheduler", scheduler]
-    return ["evaluate", *asked, *where, "--out", str(runs / name), "--resume"]
 
 
 def call(arguments: Sequence[str]) -> None:
@@ -71,35 +39,37 @@ def call(arguments: Sequence[str]) -> None:
     Raises:
         CaregiverError: It failed.
     """
-    print("caregiver-mj", shlex.join(arguments), file=sys.stderr)
-    path = os.pathsep.join(filter(None, (str(BOUNDS), os.environ.get("PYTHONPATH"))))
     program = [sys.executable, "-m", "caregiver_mj", *arguments]
-    if subprocess.run(program, env=os.environ | {"PYTHONPATH": path}, check=False).returncode:
+    if subprocess.run(program, stdout=sys.stderr, check=False).returncode:
         raise CaregiverError(f"caregiver-mj {shlex.join(arguments)} failed")
 
 
-def publish(runs: Sequence[pathlib.Path], docs: pathlib.Path, name: str) -> None:
+def publish(runs: Sequence[pathlib.Path], beside: Sequence[pathlib.Path], docs: pathlib.Path, name: str) -> None:
     """Copy the tables of a report as CSV, the figures that the page of results shows, and the means of each house.
 
     Args:
-        runs: Folders of the runs that the report is of; it is in the first of them.
+        runs: Folders of the runs that the report is of, if any; it is in the first of them.
+        beside: Those of others, of which only the means of each house are copied.
         docs: The documentation's folder.
         name: Of the folder in it. `tables/` has a file for each table of the report; `houses.csv` has the houses of the
             first run, and `houses_<run>.csv` those of each other.
     """
-    report, folder = runs[0], docs / name
+    folder = docs / name
     shutil.rmtree(folder, ignore_errors=True)
-    for part in ("figures", "tables"):
-        (folder / part).mkdir(parents=True)
-    for title, rows in report_tables((report / "tables.md").read_text("utf-8")).items():
-        rows.to_csv(folder / "tables" / f"{title}.csv", index=False)
-    page = (docs / "results.md").read_text("utf-8")
-    for figure in sorted((report / "figures").glob("*.png")):
-        if f"({name}/figures/{figure.name})" in page:
-            shutil.copy(figure, folder / "figures")
-    for run_folder in runs:
-        table = folder / ("houses.csv" if run_folder == report else f"houses_{run_folder.name}.csv")
-        pd.read_parquet(run_folder / "houses.parquet").round(4).to_csv(table, index=False)
+    folder.mkdir(parents=True)
+    for report in runs[:1]:
+        for part in ("figures", "tables"):
+            (folder / part).mkdir()
+        for title, rows in report_tables((report / "tables.md").read_text("utf-8")).items():
+            rows.to_csv(folder / "tables" / f"{title}.csv", index=False)
+        page = (docs / "results.md").read_text("utf-8")
+        for figure in sorted((report / "figures").glob("*.png")):
+            if f"({name}/figures/{figure.name})" in page:
+                shutil.copy(figure, folder / "figures")
+    for run_folder in (*runs, *beside):
+        table = folder / ("houses.csv" if run_folder in runs[:1] else f"houses_{run_folder.name}.csv")
+        means = pd.read_parquet(run_folder / "houses.parquet").drop(columns="wall_seconds", errors="ignore")
+        means.round(4).to_csv(table, index=False)
 
 
 def report_tables(text: str) -> dict[str, pd.DataFrame]:
@@ -123,18 +93,14 @@ def report_tables(text: str) -> dict[str, pd.DataFrame]:
 
 def main_results(docs: pathlib.Path) -> str:
     """Return README's first claim and its table, from the tables in the documentation."""
-    tables = (pd.read_csv(docs / "results" / f"houses{name}.csv") for name in ("", "_grid-drawn-10", "_house-120"))
-    test, drawn, house = (table[table.caregiver.isin(_CLAIMED)] for table in tables)
+    tables = (pd.read_csv(docs / file) for file in (_GRID, "results/houses_grid-drawn-10.csv", "house/houses.csv"))
+    test, drawn, house = (table[table.caregiver.isin(_CLAIMED) & _of_novices(table)] for table in tables)
     acting = pd.concat([test, drawn])[lambda cells: cells.caregiver != "none"]
     harmed, pairs = int((acting.harm_verdict == "more").sum()), acting.groupby("caregiver").size().max()
-    harm = pd.read_csv(
-        docs / "results" / "tables" / "harm_by_hazards.csv"
-    )  # in tables of houses a p of 1 / 2^14 is rounded
-    could = [
-        _decidable(harm, "Grid, 100 houses (test-100)", name) + _decidable_in(drawn, name) for name in _CLAIMED[1:]
-    ]
-    others = pd.read_csv(docs / "children" / "tables" / "harm_by_hazards.csv").query("caregiver == 'expected-danger'")
-    worst = others.iloc[0]  # in the grid
+    # In tables of houses a p of 1 / 2^14 is rounded.
+    harm = _read_harm(docs, "results")
+    could = [_decidable(harm, name) + _decidable_in(drawn, name) for name in _CLAIMED[1:]]
+    worst = _read_harm(docs, "children").query("caregiver == 'expected-danger'").iloc[0]
     most = worst.difference.split()[0].lstrip("+")
     robot = house[house.caregiver != "none"]
     struck, grazed, dropped = (
@@ -145,7 +111,7 @@ def main_results(docs: pathlib.Path) -> str:
         "In the grid, `nearest`, `expected-danger` (the paper's rule) and `foresight` (a planner) significantly "
         f"increased damage in {harmed} of {pairs} conditions (a house and a toddler); an increase could have been "
         f"detected in {min(could)} to {max(could)}. The worst is a child that follows the robot: with children of "
-        f"other kinds `expected-danger` increased damage in {worst['cells with harm']}, by up to {most} an "
+        f"other kinds `expected-danger` increased damage in {worst.harmed}, by up to {most} an "
         f"episode. In {robot.episodes.sum():,} physical episodes the robot struck a child {struck} times "
         f"({grazed} by the stricter count) and dropped {dropped} things; an increase of damage could have been "
         f"detected in {shown} of {robot.groupby('caregiver').size().max()}. [Limits](docs/guide/limits.md)"
@@ -153,9 +119,9 @@ def main_results(docs: pathlib.Path) -> str:
     rows = [
         f"| {title} | " + " | ".join(f"{_summed(cells, name):.1f}" for name in ("none", *_CLAIMED[2:])) + " |"
         for title, cells in (
-            ("grid, 100 houses (`test-100`)", test),
-            ("grid, ten houses drawn by hand (`drawn-10`)", drawn),
-            ("physical house, 120 of all shapes", house),
+            (f"grid, {test.house.nunique()} houses (`test-100`)", test),
+            (f"grid, {drawn.house.nunique()} houses drawn by hand (`drawn-10`)", drawn),
+            (f"physical house, {house.house.nunique()} of all shapes", house),
         )
     ]
     head = [
@@ -165,9 +131,20 @@ def main_results(docs: pathlib.Path) -> str:
     return "\n".join([textwrap.fill(text, 120, break_long_words=False, break_on_hyphens=False), "", *head, *rows])
 
 
-def _decidable(harm: pd.DataFrame, run: str, caregiver: str) -> int:
-    """Return in how many pairs of a run harm could be shown, as the report says."""
-    return int(harm.loc[(harm.run == run) & (harm.caregiver == caregiver), "could be shown in"].item())
+def _read_harm(docs: pathlib.Path, name: str) -> pd.DataFrame:
+    """Return a report's table of harm by hazards; its columns have been called differently."""
+    titles = ("run", "caregiver", "harmed", "detectable", "worse", "worst", "alone", "with", "difference")
+    return pd.read_csv(docs / name / "tables" / "harm_by_hazards.csv", names=titles, header=0)
+
+
+def _of_novices(cells: pd.DataFrame) -> pd.Series:
+    """Return which rows are of novices, and not of children with names."""
+    return ~cells.family.astype(str).str.contains("[a-z]")
+
+
+def _decidable(harm: pd.DataFrame, caregiver: str) -> int:
+    """Return in how many pairs of the first run harm could be shown, as the report says."""
+    return int(harm.loc[(harm.run == harm.run.iloc[0]) & (harm.caregiver == caregiver), "detectable"].item())
 
 
 def _decidable_in(cells: pd.DataFrame, caregiver: str) -> int:
@@ -181,30 +158,129 @@ def _summed(cells: pd.DataFrame, caregiver: str) -> float:
     return float(cells[cells.caregiver == caregiver].groupby("family").damage.mean().sum())
 
 
-def write_main_results(docs: pathlib.Path, readme: pathlib.Path) -> None:
-    """Write them into README, between its two marks."""
-    before, _, rest = readme.read_text("utf-8").partition(_BEGIN)
-    after = rest.partition(_END)[2]
-    readme.write_text(f"{before}{_BEGIN}{main_results(docs)}\n{_END}{after}", "utf-8")
+def tables_of_the_paper(docs: pathlib.Path) -> str:
+    """Return README's table of what the rule leaves in house `paper`, beside the paper's."""
+    why = {1.0: "our map: the paper's is missing", 0.5: "same; not explained by 20 episodes"}
+    why[0.05] = "little damage; 20 episodes nearly explain it"
+    lines = ["| random moves | paper | here | deviation | why |", "|---|---|---|---|---|"]
+    for row in Tables(docs).paper():
+        epsilon, theirs, ours = row["epsilon"], row["paper"], row["grid"][0]
+        reason = why.get(epsilon, "same")
+        lines.append(f"| {100 * epsilon:g} % | {theirs:.3f} | {ours:.3f} | {ours - theirs:+.3f} | {reason} |")
+    return "\n".join(lines)
+
+
+def write_readme(docs: pathlib.Path, readme: pathlib.Path) -> None:
+    """Write both into README, each from `<!-- name -->` to `<!-- end of name -->`."""
+    text = readme.read_text("utf-8")
+    for name, made in {"claim": main_results, "paper": tables_of_the_paper}.items():
+        begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"
+        if not 0 <= text.find(begin) < text.find(end):
+            raise CaregiverError(f"{readme} must have a place for '{name}', got none")
+        before, _, rest = text.partition(begin)
+        text = f"{before}{begin}{made(docs)}\n{end}{rest.partition(end)[2]}"
+    readme.write_text(text, "utf-8")
+
+
+class Tables:
+    """The tables in the documentation, for the template."""
+
+    def __init__(self, docs: pathlib.Path):
+        """Look for them in a folder."""
+        self.docs = docs
+
+    def read(self, file: str, before: str = "") -> Rows:
+        """Return a table, as `read_table` does."""
+        return read_table(self.docs, file, before)
+
+    def row(self, table: str, caregiver: str) -> dict[str, str]:
+        """Return the cells of a caregiver of the first run in a table of a report; without what follows an interval."""
+        every = self.read(table)
+        rows = [row for row in every if row["run"] == every[0]["run"] and row["caregiver"] == caregiver]
+        return {title: _interval(cell) for title, cell in rows[0].items()} if rows else {}
+
+    def left(self, name: str, caregiver: str) -> list[str]:
+        """Return the damage left by a caregiver in the first run of a report, a cell for each child."""
+        return [*self.row(f"{name}/tables/damage_left_by_each_caregiver.csv", caregiver).values()][2:]
+
+    def harm(self, name: str, caregiver: str) -> tuple[str, str, str]:
+        """Return in how many conditions a caregiver does harm, and could be shown to, and the greatest difference."""
+        row = _read_harm(self.docs, name).query("caregiver == @caregiver").iloc[0]
+        return row.harmed, row.detectable, _interval(row.difference)
+
+    def closed(self, caregiver: str) -> str:
+        """Return the share of the way from the rule to the planner that a caregiver goes; "" if it was not run."""
+        sums = self.sums(_GRID)
+        rule, planner = sums["expected-danger"], sums["foresight"]
+        return f"{(rule - sums[caregiver]) / (rule - planner):.0%}" if caregiver in sums else ""
+
+    def houses(self, file: str) -> pd.DataFrame:
+        """Return the means in each house."""
+        return pd.read_csv(self.docs / file)
+
+    def exists(self, file: str) -> bool:
+        """Return whether there is such a file."""
+        return (self.docs / file).exists()
+
+    def sums(self, file: str) -> dict[str, float]:
+        """Return the damage of an episode, a mean over houses, summed over children, by caregiver."""
+        cells = self.houses(file)
+        return {name: _summed(cells, name) for name in cells.caregiver.unique()}
+
+    def harmed(self, file: str) -> dict[str, str]:
+        """Return in how many conditions each caregiver increases the damage, of how many."""
+        groups = self.houses(file).groupby("caregiver")
+        return {name: f"{(own.harm_verdict == 'more').sum()} of {len(own)}" for name, own in groups}
+
+    def paper(self) -> list[dict[str, Any]]:
+        """Return the rows of the paper's Tables I and II beside ours: damage left, and timesteps."""
+        grid, house = (self.houses(f"{file}-paper.csv") for file in ("results/houses_grid", "house/houses_house"))
+        rows = []
+        for epsilon in sorted(grid.epsilon.unique(), reverse=True):
+            of = {name: grid[(grid.caregiver == name) & (grid.epsilon == epsilon)].iloc[0] for name in _CLAIMED}
+            alone, rule = of["none"], of["expected-danger"]
+            theirs = PUBLISHED["damage_normalised"][epsilon]
+            physical = house[(house.caregiver == "expected-danger") & (house.epsilon == epsilon)].iloc[0]
+            rows.append(
+                {
+                    "epsilon": epsilon,
+                    "paper": theirs[1] / theirs[0],
+                    "grid": _estimate(rule),
+                    "steps": [*zip(PUBLISHED["timesteps_to_threshold"][epsilon], _steps(alone, rule), strict=True)],
+                    "house": _estimate(physical),
+                }
+            )
+        return rows
+
+
+def _estimate(cell: Any) -> list[float]:
+    return [cell.damage_left, cell.damage_left_ci_low, cell.damage_left_ci_high]
+
+
+def _steps(*cells: Any) -> list[float]:
+    return [cell.timesteps_to_threshold for cell in cells]
+
+
+def _interval(cell: str) -> str:
+    """Return a cell of a report as pages have it: a number with its interval, or all of another cell."""
+    cell = cell.replace("−", "-")
+    found = re.match(r"(\S+) \[(\S+), (\S+)\]", cell)
+    return f"{found[1]} ({found[2]} to {found[3]})" if found else cell
 
 
 def add_options(parser: Parser) -> None:
     """Declare the options."""
-    parser.add("runs", pathlib.Path("runs"), type=pathlib.Path, metavar="DIR")
-    parser.add("docs", pathlib.Path("docs"), type=pathlib.Path, metavar="DIR")
-    parser.add_jobs()
-    parser.add("scheduler", None, "of a Dask cluster, to run on that instead", metavar="ADDRESS")
-    parser.add("only", [], "run these, publish nothing", choices=[*RUNS, *CHILDREN], metavar="RUN")
+    parser.add_file("runs", "finished runs to report on and publish", "DIR", nargs="+")
+    parser.add_file("beside", "others, of which the means of each house are published", "DIR", nargs="+")
+    parser.add("name", "results", "of the folder in the documentation", said=False)
 
 
-def run(options: argparse.Namespace) -> None:
-    """Run what is missing, report, and publish."""
-    for name in options.only or [*RUNS, *CHILDREN]:
-        call(command(options.runs, name, options.jobs, options.scheduler))
-    if options.only:
-        return
-    for group, name in ((RUNS, "results"), (CHILDREN, "children")):
-        folders = [options.runs / run for run in group]
-        call(["report", *map(str, folders)])
-        publish(folders, options.docs, name)
-    write_main_results(options.docs, options.docs.parent / "README.md")
+def run(options: argparse.Namespace) -> Page:
+    """Report on runs and publish them; return the page of what is published."""
+    docs = options.docs or DOCS
+    if options.docs and (options.runs or options.beside):
+        if options.runs:
+            call(["report", *map(str, options.runs)])
+        publish(options.runs or (), options.beside or (), docs, options.name)
+        write_readme(docs, docs.parent / "README.md")
+    return Page({"tables": Tables(docs), "others": _OTHERS})

@@ -1,5 +1,6 @@
 """The documentation: it builds without a warning, has tables as the code is, and takes nothing from the network."""
 
+import argparse
 import html
 import json
 import pathlib
@@ -11,6 +12,7 @@ import api_pages
 import gallery
 import paper_figures
 import pytest
+import reproduce
 import tables
 from PIL import Image
 
@@ -20,6 +22,7 @@ from caregiver_mj.experiments.spec import BARE_TABLES
 from caregiver_mj.interventions.verb import VERBS
 from caregiver_mj.plans.sets import house_set
 from caregiver_mj.tasks import TASKS
+from studies import results
 
 DOCS = pathlib.Path(__file__).parents[2] / "docs"
 
@@ -93,28 +96,10 @@ def test_everything_that_has_a_name_is_explained(page, names):
     assert {name for name in found if ":" not in name} == set(names)
 
 
-RESULTS = DOCS / "results.md"
-# A number with its interval.
-NUMBER = re.compile(r"(?<![\w.,])[+-]?\d+(?:\.\d+)? \([+-]?[\d.]+ to [+-]?[\d.∞]+\)")
-PRINTED = ("## The paper's Tables I and II", "## Other runs")  # by the commands that they name
-
-
-def plain(text):
-    """Words and numbers alone, intervals as in the pages."""
-    text = re.sub("[`*|%]", " ", text).replace("−", "-")
-    return " ".join(re.sub(r"\[([^\s\[]+), (\S+)\]", r"(\1 to \2)", text).split())
-
-
-@pytest.mark.parametrize(
-    "section", re.split(r"\n(?=## )", RESULTS.read_text("utf-8"))[1:], ids=lambda s: s.split("\n")[0]
-)
-def test_numbers_of_the_results_stand_where_they_link_to(section):
-    title, _, prose = section.partition("\n")
-    pages = {RESULTS.parent / page for page in re.findall(r"\]\(([^)#]+\.(?:md|csv))", section)}
-    known = {number for page in pages for number in NUMBER.findall(plain(page.read_text("utf-8")))}
-    found = NUMBER.findall(plain(prose))
-    assert found
-    assert title in PRINTED or [number for number in found if number not in known] == []
+def test_the_results_are_what_tables_in_the_documentation_say():
+    """`scripts/study.py results --docs docs` writes the page anew, `scripts/reproduce --mark` its marks."""
+    page = results.run(argparse.Namespace(docs=None, runs=None, beside=None))
+    assert reproduce.without_marks((DOCS / "results.md").read_text("utf-8")) == page.text("results", "")
 
 
 def test_figures_of_the_results_show_the_tables_as_they_are():

@@ -2,7 +2,7 @@
 
 import pathlib
 
-from studies.results import main_results, report_tables, write_main_results
+from studies.results import main_results, report_tables, write_readme
 
 ROOT = pathlib.Path(__file__).parents[2]
 REPORT = """# Tables
@@ -32,7 +32,7 @@ Words.
 def test_readme_has_what_the_tables_say(tmp_path):
     readme = tmp_path / "README.md"
     readme.write_text((ROOT / "README.md").read_text("utf-8"), "utf-8")
-    write_main_results(ROOT / "docs", readme)
+    write_readme(ROOT / "docs", readme)
     assert readme.read_text("utf-8") == (ROOT / "README.md").read_text("utf-8")
     # In docs/results/tables/harm_by_hazards.csv harm could be shown in 278 to 282 of the 500 conditions of `test-100`.
     assert "550 conditions" in " ".join(main_results(ROOT / "docs").split())

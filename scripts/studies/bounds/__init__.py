@@ -1,1 +1,0 @@
-"""Caregivers that no user has, to compare others with. `PYTHONPATH=scripts/studies/bounds` has them found by name."""
