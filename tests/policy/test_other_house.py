@@ -32,7 +32,7 @@ def test_a_caregiver_serves_one_policy_at_a_time():
     timestep = one.reset()
     timestep = one.step(first(timestep))
     second(two.reset())
-    with pytest.raises(caregiver_mj.CaregiverError, match="each policy needs a caregiver of its own"):
+    with pytest.raises(caregiver_mj.CaregiverError, match="another policy has begun an episode"):
         first(timestep)
     first(one.reset())  # one after the other they may have it
 
