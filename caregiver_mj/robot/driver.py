@@ -188,6 +188,11 @@ class Driver:
         begun = robot.turns_to(yaw) or yaw == self._interrupted
         return begun or self._navigator.clearance.can_turn(view.base[:2])
 
+    @property
+    def stops_first(self) -> bool:
+        """Whether the base stops before it takes another path, which it does with the hand in only."""
+        return self._stops
+
     def stands_aside(self, now: float) -> bool:
         """Return whether it stands aside for a child that bars its way."""
         return now < self.aside_until

@@ -167,7 +167,8 @@ class AtTable(Skill):
         """Brings the hand out while the base still drives up; returns whether it is on the last of its way."""
         approach = self.embodiment.approach
         # Neither can it before the hand is in. A base that steps aside may pass a wall where the hand is out.
-        if not self._is_aimed or not robot.turns_to(yaw) or self.driver.stands_aside(view.now):
+        driver = self.driver
+        if not self._is_aimed or not robot.turns_to(yaw) or driver.stands_aside(view.now) or driver.stops_first:
             robot.reach(0.0)
             return False
         off = math.dist(goal, view.base[:2])

@@ -8,7 +8,7 @@ from views import child, view
 
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.robot import geometry
+from caregiver_mj.robot import geometry, governor
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.kinematics import arm_of, hand_position
 from caregiver_mj.robot.motion import RobotMotion
@@ -107,6 +107,28 @@ def test_the_hand_does_not_come_over_a_child_that_walks_up_to_the_side_of_the_ta
             away.append(math.dist(geometry.to_world(base, (ahead, 0.0)), (there, y)))
     assert min(low) < 0.75  # it has come to the candle
     assert min(away) > ROBOT.clearances.hand + CHILD_RADIUS
+
+
+@pytest.mark.parametrize("begins", [1.2, 1.6, 1.75, 1.9])
+def test_a_base_that_stops_for_a_new_path_beside_a_child_goes_on_to_the_candle(begins):
+    """It waited with its hand half out, with which no path is taken, for as long as the child stood there."""
+    pick, robot = Pick(Navigator(ROOM, ROBOT), 0, 0), RobotMotion(ROBOT, TIMESTEP)
+    robot.reset((*centre(ROOM, (2, 6)), math.pi / 2))
+    stand = x, y = centre(ROOM, (2, 3))
+    candle = (*centre(ROOM, (1, 3)), 0.6, 1.0, 0.0, 0.0, 0.0)
+    robot.drive_along([robot.base_reference()[0], stand], lambda _: True)  # for something else
+    reached = []
+    while robot.now < begins + 4.0:
+        base = (*robot.base_reference()[0], robot.yaw)
+        seen = view(child(x - 0.85, y), base=base, now=robot.now, candles=[candle])
+        if robot.now < begins:
+            robot.set_rate(governor.path_rate(seen, robot))
+        else:
+            pick.step(seen, robot)
+        robot.action(base)
+        robot.now += TIMESTEP
+        reached.append(robot.reached)
+    assert max(reached) == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(("aside", "comes_out"), [(0.05, True), (0.17, False)])
