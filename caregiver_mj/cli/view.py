@@ -87,7 +87,7 @@ def add_view(command: argparse.ArgumentParser) -> None:
 def _render(arguments: argparse.Namespace) -> None:
     is_best = arguments.episode == parsing.BEST
     if is_best and arguments.answers is None:
-        raise CaregiverError(f"--episode {parsing.BEST} requires --answers DIR, a finished run in the house")
+        raise CaregiverError(f"--answers must be a finished run in the house for --episode {parsing.BEST}, got none")
     answers = parsing.read_answers(arguments)
     if arguments.seed < 0 or arguments.episode < 0:
         raise CaregiverError(f"seed and episode must be at least 0, got {arguments.seed} and {arguments.episode}")
@@ -105,7 +105,7 @@ def _render(arguments: argparse.Namespace) -> None:
         arguments.out,
         spec,
         seconds=arguments.seconds,
-        start=film.rescue_start(spec, text, arguments.seconds) if is_best else 0.0,
+        start=None if is_best else 0.0,
         picture=film.Picture(camera=arguments.camera),
         overlay=arguments.overlay,
         still=arguments.still,

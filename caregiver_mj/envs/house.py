@@ -14,6 +14,7 @@ from gymnasium import spaces
 
 from caregiver_mj.caregivers.target_observation import Observations
 from caregiver_mj.children.child_group import ChildrenLike
+from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.envs.spaces import CostMeter, Seed, check_render_mode, episode_seed, plain_seed
 from caregiver_mj.errors import CaregiverError, check_integer
 from caregiver_mj.experiments.runner import DivergenceError, HouseRollout
@@ -212,7 +213,8 @@ def _bounds(env: control.Environment) -> dict[str, Bounds]:
     task = env.task
     rows, columns = task.plan.shape
     x, y = (columns / 2 + 1) * task.plan.cell_size, (rows / 2 + 1) * task.plan.cell_size
-    pose, rates = np.array([x, y, np.pi]), np.array([_SPEED, _SPEED, _TURN_RATE])
+    speed = _SPEED * max(1.0, task.child_speed / WALKING_SPEED)
+    pose, rates = np.array([x, y, np.pi]), np.array([speed, speed, _TURN_RATE])
     place = np.array([-x, -y, _LOWEST]), np.array([x, y, _HIGHEST])
     way = np.array([2 * x, 2 * y, _HIGHEST - _LOWEST])
     bounds: dict[str, Bounds] = {

@@ -55,6 +55,9 @@ class HouseRollout(Rollout):
         self._nothing = np.zeros(env.action_spec().shape)
         seconds = env.control_timestep()
         self._substeps, self._length = round(seconds / env.physics.timestep()), env.task.time_limit / seconds
+        # A user's task may count on being asked for each time step, in the order of `env.step`.
+        answers = (env.task.get_reward, env.task.get_observation, env.task.get_termination)
+        self._asks = any(not answer.__module__.startswith("caregiver_mj.") for answer in answers)
         self._timestep: dm_env.TimeStep | None = None
         self._discount: float | None = None  # of the last time step of an episode
 
@@ -76,9 +79,12 @@ class HouseRollout(Rollout):
         """The last time step."""
         if self._timestep is None:
             task, physics = self.env.task, self.env.physics
-            kind, discount = (dm_env.StepType.LAST, self._discount) if self.over else (dm_env.StepType.MID, 1.0)
-            self._timestep = dm_env.TimeStep(kind, task.get_reward(physics), discount, task.get_observation(physics))
+            self._timestep = self._made(task.get_reward(physics), task.get_observation(physics))
         return self._timestep
+
+    def _made(self, reward: Any, observation: Any) -> dm_env.TimeStep:
+        kind, discount = (dm_env.StepType.LAST, self._discount) if self.over else (dm_env.StepType.MID, 1.0)
+        return dm_env.TimeStep(kind, reward, discount, observation)
 
     @property
     def seconds(self) -> float:
@@ -111,9 +117,12 @@ class HouseRollout(Rollout):
         task.after_step(physics)
         self.steps += 1
         self._timestep = None
-        if not (self.policy or task.sensing.is_exact):
-            task.get_observation(physics)  # its delay is counted in observations
+        reward = task.get_reward(physics) if self._asks else None
+        if self._asks or not (self.policy or task.sensing.is_exact):  # a delay is counted in observations
+            observation = task.get_observation(physics)
         self._discount = 1.0 if self.steps >= self._length else task.get_termination(physics)
+        if self._asks:
+            self._timestep = self._made(reward, observation)
         self.decide()
 
     def decide(self) -> None:

@@ -114,7 +114,10 @@ class Conditions:
         self.queries.check()
         usual_only = self.task == TARGETS or self.queries.thinking == REAL_TIME
         if world == "grid" and usual_only and self.child_speed != WALKING_SPEED:
-            raise CaregiverError("child_speed must be left out in the grid with targets, or where time does not wait")
+            raise CaregiverError(
+                f"child_speed must be {WALKING_SPEED:.3g} m/s in the grid with targets, or where time does not wait, "
+                f"got {self.child_speed}"
+            )
         for plan in plans:
             check_kind("a house", plan, FloorPlan, advice=": FloorPlan.load makes one")
         self._check_house(world, plans, families, caregivers)

@@ -190,8 +190,8 @@ class Driver:
 
     @property
     def stops_first(self) -> bool:
-        """Whether the base stops before it takes another path, which it does with the hand in only."""
-        return self._stops
+        """Whether the base has no path, or stops before it takes another one: it takes that with the hand in only."""
+        return self._stops or self._path_goal is None
 
     def stands_aside(self, now: float) -> bool:
         """Return whether it stands aside for a child that bars its way."""

@@ -158,7 +158,7 @@ def render_episode(
     spec: EpisodeSpec,
     *,
     seconds: float = 30.0,
-    start: float = 0.0,
+    start: float | None = 0.0,
     picture: Picture = Picture(),
     overlay: str | None = None,
     still: str | os.PathLike[str] | None = None,
@@ -172,7 +172,7 @@ def render_episode(
         path: The film, `FILE.mp4`, `FILE.gif` or `FILE.webp`.
         spec: The episode, as in an evaluation; always in the house, even if its world is the grid.
         seconds: Greatest length of the film.
-        start: Seconds of the episode before the film.
+        start: Seconds of the episode before the film; None for where the caregiver prevents most damage.
         picture: Size, frame rate and camera.
         overlay: Overlay on the floor, one of `OVERLAYS`: "danger" for the predicted places of the children and the
             hazards to them; None for nothing.
@@ -196,6 +196,7 @@ def render_episode(
     path, still = _writable(path, *FORMATS), None if still is None else _writable(still, ".png")
     cameras = () if picture.camera == AUTO else (picture.camera,)
     filmed = Episode(dataclasses.replace(spec, world="house"), overlay == "danger", answers, cameras)
+    start = rescue_start(spec, answers, seconds) if start is None else start
     best: tuple[float, np.ndarray | None] = (math.inf, None)
     fps, size = picture.fps, (picture.width, picture.height)
     count = max(1, round(seconds * fps))

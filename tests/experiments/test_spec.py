@@ -142,7 +142,7 @@ def test_fields_are_taken_as_people_write_them():
         ({"task": "fly"}, "no task 'fly': there are supervise, .*, targets"),
         ({"world": "grid", "task": "block_stairs"}, "task must be supervise or targets in the grid"),
         ({"world": "grid", "task_kwargs": {"time_limit": 1.0}}, "with no task_kwargs"),
-        ({"world": "grid", "task": "targets", "child_speed": 0.8}, "child_speed must be left out in the grid"),
+        ({"world": "grid", "task": "targets", "child_speed": 0.8}, "child_speed must be 0.444 m/s in the grid"),
         (
             {
                 "world": "grid",
@@ -150,7 +150,7 @@ def test_fields_are_taken_as_people_write_them():
                 "child_speed": 0.8,
                 "queries": Queries(thinking="real-time"),
             },
-            "child_speed must be left out in the grid",
+            "child_speed must be 0.444 m/s in the grid",
         ),
         ({"episode": -1}, "episode must be an integer of at least 0, got -1"),
         ({"seed": 0.5}, "seed must be an integer of at least 0, got 0.5"),

@@ -20,6 +20,7 @@ import scipy
 FOLDER = "CAREGIVER_MJ_CACHE"
 LARGEST = 1_000_000_000  # bytes of all files; the ones that were used longest ago go first
 _ROOMS = ("caregivers", "children", "danger", "interventions", "plans")  # whose code decides the results
+_OWN = "value_tables"  # folder within that; nothing else is kept in it, or removed
 _Made = TypeVar("_Made")
 
 
@@ -32,10 +33,11 @@ def cached(key: str, make: Callable[[], _Made]) -> _Made:
     folder = os.environ.get(FOLDER, usual)
     if not folder or folder.startswith("~"):  # for there is no home
         return make()
-    path = pathlib.Path(folder, hashlib.sha256((_code() + key).encode()).hexdigest() + ".pickle")
+    path = pathlib.Path(folder, _OWN, hashlib.sha256((_code() + key).encode()).hexdigest() + ".pickle")
     with contextlib.suppress(Exception):  # there is none, or it is damaged
         found: _Made = pickle.loads(path.read_bytes())
-        os.utime(path)
+        with contextlib.suppress(OSError):  # it may be another user's
+            os.utime(path)
         return found
     made = make()
     with contextlib.suppress(OSError):
