@@ -15,8 +15,12 @@ OBJECTIVE = Objective(sweeps=5)
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    monkeypatch.setenv(cache.FOLDER, str(tmp_path / "new" / "folder"))
-    return tmp_path / "new" / "folder"
+    """The folder of the tables, in one that another file is in."""
+    monkeypatch.setenv(cache.FOLDER, str(tmp_path))
+    (tmp_path / "mine.parquet").write_bytes(bytes(300))
+    os.utime(tmp_path / "mine.parquet", (0, 0))
+    yield tmp_path / "value_tables"
+    assert (tmp_path / "mine.parquet").exists()
 
 
 def tables(plan=HOUSE):

@@ -9,7 +9,7 @@ import pytest
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.envs.house import HouseEnv
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments.runner import DivergenceError, make_grid, make_house, run
+from caregiver_mj.experiments.runner import DivergenceError, HouseRollout, make_grid, make_house, run
 from caregiver_mj.experiments.spec import EpisodeSpec, episode_random, episode_streams
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.own import make_policy
@@ -118,6 +118,27 @@ def test_a_baseline_makes_no_observation():
         assert house.run_on(until=lambda: house.steps == 5)
     observed.assert_not_called()
     assert house.timestep.observation["clock"] == pytest.approx(0.1 / 1.68)
+
+
+def test_a_users_task_is_asked_in_every_time_step_as_by_dm_control(monkeypatch):
+    """It may count its rewards, and end by them."""
+    env = make_house(dataclasses.replace(HOUSE, caregiver="none"), visuals=False).env
+    kind, asked = type(env.task), []
+    plainly = kind.get_reward
+
+    def counts(task, physics):
+        asked.append(physics.time())
+        return plainly(task, physics)
+
+    monkeypatch.setattr(kind, "get_reward", counts)
+    monkeypatch.setattr(kind, "get_termination", lambda task, physics: 0.0 if len(asked) == 5 else None)
+    house = HouseRollout(env)
+    house.begin(HOUSE.own_seed)
+    while not house.over:
+        house.step()
+    assert (house.steps, len(asked)) == (5, 5)
+    assert house.timestep.last()
+    assert (house.timestep.discount, len(asked)) == (0.0, 5)
 
 
 def test_answers_are_given_again(in_house):
