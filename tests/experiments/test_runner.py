@@ -89,7 +89,7 @@ def test_an_environment_of_gymnasium_has_the_same_episode(in_house):
 
 
 def test_it_has_the_time_steps_of_dm_control():
-    """Whoever reads one, and whether it reads it or not."""
+    """Also those that are read after others were not."""
     spec = dataclasses.replace(HOUSE, task_kwargs={"time_limit": 3.0, "sensing": {"delay": 0.1}})
     house, other = (make_house(spec, visuals=False) for _ in range(2))
     policy, env = other.policy, other.env
