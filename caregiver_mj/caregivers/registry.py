@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, TypeGuard
 
 from caregiver_mj.caregivers import remote
+from caregiver_mj.caregivers.attentive import attentive
 from caregiver_mj.caregivers.baselines import (
     ChildproofCaregiver,
     GuardCaregiver,
@@ -20,7 +21,7 @@ from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.learned import LearnedCaregiver
 from caregiver_mj.caregivers.paper import CandlesCaregiver, LastSeenCaregiver, PaperCaregiver, StairsCaregiver
 from caregiver_mj.caregivers.server import SCHEMES, Queries
-from caregiver_mj.errors import CaregiverError, check_integer, check_kind
+from caregiver_mj.errors import CaregiverError, check_integer, check_kind, check_number
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.registry import Registry, check_call, errors_of, named_object
 
@@ -58,6 +59,7 @@ class _Policies(Registry[Any]):
 # Human players in a viewer: one chooses hazards, the other drives the robot.
 PLAYERS = PERSON, DRIVER = "person", "driver"
 RULE = ("expected-danger", "paper")  # names of the paper's caregiver
+ATTENTIVE = "attentive:"  # then the share of the time in which it looks and, after another colon, a caregiver's name
 
 POLICIES: Registry[Any] = _Policies("policy", "caregiver_mj.policies", "", {})
 
@@ -68,7 +70,8 @@ def find_caregiver(
     """Find a caregiver's class by name, or the maker of a policy of robot actions; None for "none".
 
     Args:
-        name: One of `CAREGIVERS` or `POLICIES`, `module:object` for another, or an address, see `remote_caregiver`.
+        name: One of `CAREGIVERS` or `POLICIES`, `module:object` for another, an address, see `remote_caregiver`, or
+            `attentive:SHARE` or `attentive:SHARE:NAME` for one that looks only for a share of the time.
         others: Further valid names, for error messages.
         queries: How to query a remote caregiver.
 
@@ -78,10 +81,10 @@ def find_caregiver(
     check_kind("the name of a caregiver", name, str)
     if name.startswith(SCHEMES):
         return remote.remote_caregiver(name, queries)
-    if name == PERSON:
-        return CommandedCaregiver
-    if name == DRIVER:
-        return named_object("caregiver_mj.policy.own:Teleoperation")  # imports MuJoCo, which the grid does not need
+    if name.startswith(ATTENTIVE):
+        return _attentive(name, queries)
+    if name in PLAYERS:  # the driver imports MuJoCo, which the grid does not need
+        return CommandedCaregiver if name == PERSON else named_object("caregiver_mj.policy.own:Teleoperation")
     if name in CAREGIVERS:
         POLICIES.tell_of_namesakes(name, f"there is a caregiver '{name}'")
         return CAREGIVERS[name]
@@ -93,6 +96,20 @@ def find_caregiver(
     found = named_object(name)
     _check(f"'{name}'", found)
     return found
+
+
+def _attentive(name: str, queries: Queries) -> type[Caregiver]:
+    """Return the class of an attentive caregiver."""
+    share, _, other = name.removeprefix(ATTENTIVE).partition(":")
+    try:
+        looks = float(share)
+    except ValueError:
+        raise CaregiverError(f"caregiver must be attentive:SHARE or attentive:SHARE:NAME, got '{name}'") from None
+    check_number("the share of attention", looks, 0.0, 1.0)
+    found = find_caregiver(other or RULE[0], queries=queries)
+    if found is None or not is_caregiver(found):
+        raise CaregiverError(f"an attentive caregiver must act as a subclass of Caregiver does, got '{other}'")
+    return attentive(looks, found)
 
 
 def check_acts_alone(name: str) -> None:

@@ -8,22 +8,17 @@ from __future__ import annotations
 
 import argparse
 import functools
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from caregiver_mj.caregivers.caregiver import Caregiver
-from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
-from caregiver_mj.caregivers.paper import PaperCaregiver
-from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
+from caregiver_mj.caregivers.attentive import BOUT, Attentive
+from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.experiments import two_level
 from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.grid.world import GridWorld
-from caregiver_mj.interventions.verb import Interventions
 from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.figures.style import STYLE
@@ -35,54 +30,7 @@ TODDLERS = ("1", "0.75", "0.5", "0.25", "0.05")
 PARENTS = 0.4
 
 
-class Attention(Caregiver):
-    """Mixin before a caregiver, which then acts only while it looks.
-
-    Whether it looks is a Markov chain with the given share and mean bout, that share at the start as well. A candle in
-    the hand is put down all the same.
-    """
-
-    share, bout = 1.0, 1.0  # of the time; timesteps
-
-    def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
-        super().reset(batch, seeds, children)
-        numbers = [0] * batch if seeds is None else seeds
-        draws = np.stack([np.random.default_rng((1, self.seed, int(n))).random(EPISODE_TIMESTEPS + 1) for n in numbers])
-        self._looks, self._timestep = looks(draws, self.share, self.bout), 0
-
-    def watch(self, percept: Percept) -> None:
-        super().watch(percept)
-        self._timestep = (self._timestep + 1) % self._looks.shape[1]
-
-    def decide(self, percept: Percept) -> Interventions:
-        looking = self._looks[:, self._timestep]
-        return super().decide(percept).where(looking, Interventions.idle(len(looking)))
-
-
-class AttentiveRule(Attention, PaperCaregiver):
-    """The rule, while it looks."""
-
-
-class AttentivePlanner(Attention, ForesightCaregiver):
-    """The planner, while it looks."""
-
-
-CAREGIVERS: dict[str, type[Attention]] = {"expected-danger": AttentiveRule, "foresight": AttentivePlanner}
-_COLOURS = {"expected-danger": colours.CANDLE, "foresight": colours.ROBOT}
-
-
-def looks(draws: np.ndarray, share: float, bout: float) -> np.ndarray:
-    """Return whether it looks in each timestep, bool (B, T), by uniform draws, (B, T).
-
-    A bout of looking ends with probability 1 / bout; one of not looking lasts so long that the share is as given.
-    """
-    if share == 1.0:
-        return np.ones(draws.shape, bool)
-    goes_on, begins = 1.0 - 1.0 / bout, share / (1.0 - share) / bout
-    found = draws < share  # at the start; later ones follow from those before
-    for now in range(1, draws.shape[1]):
-        found[:, now] = draws[:, now] < np.where(found[:, now - 1], goes_on, begins)
-    return found
+CAREGIVERS = {"expected-danger": colours.CANDLE, "foresight": colours.ROBOT}
 
 
 class Job(NamedTuple):
@@ -99,8 +47,9 @@ def run_job(job: Job) -> list[float]:
     """Return the damage of each episode, summed over the toddlers, (episodes,)."""
     plan, caregiver = load_house(job.house), None
     if job.caregiver:
-        caregiver = CAREGIVERS[job.caregiver](plan)
-        caregiver.share, caregiver.bout = job.share, job.bout
+        caregiver = make_caregiver(f"attentive:{job.share}:{job.caregiver}", plan)
+        assert isinstance(caregiver, Attentive)
+        caregiver.bout = job.bout
     world = run_in_grid(functools.partial(GridWorld, caregiver=caregiver), plan, TODDLERS, job.episodes)
     damage: np.ndarray = world.ledger.damage.reshape(len(TODDLERS), job.episodes).sum(axis=0)
     return damage.tolist()
@@ -111,7 +60,7 @@ def add_options(parser: Parser) -> None:
     parser.add("houses", ["test-50"], "houses to run in, or sets of them", metavar="SET")
     parser.add("episodes", 10, "with each toddler in each house")
     parser.add("shares", [0.1, 0.2, 0.4, 0.6, 0.8, 1.0], "shares of the time in which it looks", metavar="SHARE")
-    parser.add("bout", 6.0, "mean of a bout of looking, timesteps of 1.68 s")
+    parser.add("bout", BOUT, "mean of a bout of looking, timesteps of 1.68 s")
     parser.add_file("out", "keep the episodes there, and go on with them", "DIR")
     parser.add_jobs()
 
@@ -156,8 +105,8 @@ def picture(left: dict[str, dict[float, Estimate[float]]]) -> Figure:
         axes = figure.subplots()
         for name, by_share in left.items():
             shares, found = [100 * share for share in by_share], np.array([*by_share.values()])
-            axes.fill_between(shares, found[:, 1], found[:, 2], color=colours.unit(_COLOURS[name]), alpha=0.25)
-            axes.plot(shares, found[:, 0], "o-", color=colours.unit(_COLOURS[name]), label=f"acts as {name}")
+            axes.fill_between(shares, found[:, 1], found[:, 2], color=colours.unit(CAREGIVERS[name]), alpha=0.25)
+            axes.plot(shares, found[:, 0], "o-", color=colours.unit(CAREGIVERS[name]), label=f"acts as {name}")
         axes.axvline(100 * PARENTS, color=colours.unit(colours.HARM), linestyle=":")
         axes.annotate("parents", (100 * PARENTS, 0.98), (4, 0), ("data", "axes fraction"), "offset points", va="top")
         axes.set(xlabel="looks, % of the time", ylabel="damage left, as a share of alone", ylim=(0, None))

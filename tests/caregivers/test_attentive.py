@@ -1,0 +1,46 @@
+"""Attentive caregivers: how long and how often they look, and that they act only then."""
+
+import functools
+
+import numpy as np
+import pytest
+
+from caregiver_mj.caregivers.attentive import looks
+from caregiver_mj.caregivers.registry import find_caregiver, make_caregiver
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.grid.world import GridWorld
+from caregiver_mj.plans.floor_plan import FloorPlan
+from study import run_in_grid
+
+SMALL = FloorPlan.parse("########\n#S.C..B#\n#......#\n#.T..BS#\n########", "small")
+
+
+@pytest.mark.parametrize("share", [0.1, 0.4, 0.8])
+def test_share_and_bouts_are_as_asked_for(share):
+    looking = looks(np.random.default_rng(0).random((400, 1000)), share, 6.0)
+    ends = np.count_nonzero(looking[:, :-1] & ~looking[:, 1:])
+    assert looking.mean() == pytest.approx(share, abs=0.01)
+    assert np.count_nonzero(looking[:, :-1]) / ends == pytest.approx(6.0, abs=0.2)
+
+
+def rows(name, episodes=5):
+    world = functools.partial(GridWorld, caregiver=make_caregiver(name, SMALL))
+    totals = run_in_grid(world, SMALL, ["0.5"], episodes).ledger.totals()
+    return np.array([totals["damage"], totals["interventions"]]).tolist()
+
+
+@pytest.mark.parametrize("other", ["expected-danger", "foresight", "random"])
+def test_one_that_always_looks_is_the_caregiver_itself_and_one_that_never_does_does_nothing(other):
+    assert rows(f"attentive:1:{other}") == rows(other)
+    assert sum(rows(f"attentive:0:{other}")[1]) == 0 < sum(rows(f"attentive:.5:{other}")[1])
+
+
+def test_without_a_name_it_acts_by_the_rule_and_an_episode_does_not_depend_on_its_batch():
+    assert find_caregiver("attentive:.4") is find_caregiver("attentive:0.4:paper")
+    assert [row[:2] for row in rows("attentive:.4")] == rows("attentive:.4", episodes=2)
+
+
+@pytest.mark.parametrize("name", ["attentive:often", "attentive:1.5", "attentive:.4:none", "attentive:.4:driver"])
+def test_bad_names_are_refused(name):
+    with pytest.raises(CaregiverError):
+        find_caregiver(name)
