@@ -126,8 +126,6 @@ def _add_decorations(spec: mujoco.MjSpec, layout: Layout, furnishing: Furnishing
 
 def _add_ground(spec: mujoco.MjSpec, layout: Layout, furnishing: Furnishing) -> None:
     """Add what the floor and the ground look like; what candles fall on is the plane of `scene.xml`."""
-    _add_texture(spec, FLOOR, _planks())
-    _add_texture(spec, "grass", _grass())
     _add_surface(spec, FLOOR, layout.floor, _WOOD_LENGTH)
     _add_surface(spec, "grass", layout.ground(_GROUND_MARGIN), _GROUND_LENGTH)
     tiled = [layout.room_floor(i) for i, kind in enumerate(furnishing.kinds) if kind in TILED]
@@ -221,6 +219,9 @@ def _parsed(name: str, visuals: bool) -> mujoco.MjSpec:
     model = mujoco.MjSpec.from_string(file.read_text(encoding="utf-8"))
     if not visuals:
         remove_visuals(model)
+    elif name == "scene":  # here, as to copy pictures is quicker than to hand them over
+        _add_texture(model, FLOOR, _planks())
+        _add_texture(model, "grass", _grass())
     return model
 
 

@@ -6,6 +6,7 @@ What collides there, and what hides things, is the wall, as if there was no furn
 
 from __future__ import annotations
 
+import math
 import zlib
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -306,19 +307,18 @@ def _recess(cells: int) -> Iterator[Part]:
 
 def _add(spec: mujoco.MjSpec, name: str, parts: tuple[Part, ...], place: np.ndarray, yaw: float, fabric: str) -> None:
     """Add parts at a place; with a yaw of quarter turns but for what is round."""
-    ahead = np.array([np.cos(yaw), np.sin(yaw)])
-    aside = np.array([-ahead[1], ahead[0]])
-    visual = spec.find_default("house_visual")
+    (x, y), cosine, sine = place.tolist(), math.cos(yaw), math.sin(yaw)
+    turn, visual = [math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)], spec.find_default("house_visual")
     for number, part in enumerate(parts):
-        spans = np.array([part.deep, part.across, part.up])
-        (deep, across, up), half = spans.mean(axis=1), np.ptp(spans, axis=1) / 2
-        x, y = place - deep * ahead + across * aside
+        spans = part.deep, part.across, part.up
+        deep, across, up = [(first + last) / 2 for first, last in spans]
+        half = [abs(last - first) / 2 for first, last in spans]
         spec.worldbody.add_geom(
             visual,
             name=f"{name}_{number}",
             type=mujoco.mjtGeom.mjGEOM_CYLINDER if part.is_round else mujoco.mjtGeom.mjGEOM_BOX,
             material=part.material or fabric,
-            pos=[x, y, up],
+            pos=[x - deep * cosine - across * sine, y - deep * sine + across * cosine, up],
             size=[half[0], half[2], 0] if part.is_round else half,
-            quat=[np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)],
+            quat=turn,
         )

@@ -68,11 +68,9 @@ def build_house(
         CaregiverError: There are gates in it, which are of one size, and cells of another one; or something lies on its
             floor, and the robot has no tray for it.
     """
-    spec = fittings.read_model("scene")
+    spec = fittings.read_model("scene", visuals)
     shapes = layout.Layout(plan)
     fittings.add_walls(spec, shapes)
-    if visuals:
-        fittings.add_visuals(spec, shapes)
     if table_positions is None:
         table_positions = shapes.tables[:, :2]
     if table_heights is None:
@@ -94,6 +92,8 @@ def build_house(
         spec.attach(_child(k, visuals), prefix=child_prefix(k), frame=spec.worldbody.add_frame())
     if robot is not False:
         _add_robot(spec, find_embodiment(None if robot is True else robot), has_tray=bool(plan.floor_cells))
+    if visuals:  # last: to attach a model takes as long as the scene is large
+        fittings.add_visuals(spec, shapes)
     fittings.add_cameras(spec, plan)
     _shorten_camera_names(spec)
     if not visuals:
