@@ -7,7 +7,10 @@ import numpy as np
 from caregiver_mj.danger.chain import ChildChain
 
 # Probability that a child which has not moved continues with another epsilon: toddlers move in bouts, with or without a
-# goal, and a stop ends one.
+# goal, and a stop ends one. In 16 fresh houses, 20 episodes each of toddler:.5 and toddler:.05, neither of two models
+# left less of their damage: a kind with rests and goalless bouts among its goals (damage x 1.045, .99 to 1.09; moves
+# denied .58 to .22), or a new epsilon after every stop, 1 or least with equal probability (x .97, .83 to 1.15; denied
+# .58 to 1.22). The five novices never rest, and were as before.
 STOP = 0.3
 SURPRISE = 8.0  # log odds against the belief above which a child is not understood
 _FADES = 0.98  # per timestep; decay of the counts of moves seen in a cell
