@@ -22,9 +22,14 @@ class Attentive(Caregiver):
 
     Whether it looks is a Markov chain with the given share and mean bout, in the long run already at the start. It
     keeps seeing the children meanwhile, and a candle in the hand is put down all the same.
+
+    Attributes:
+        share: Share of the time; one for all episodes, or (B,).
+        bout: Mean of a bout of looking, timesteps.
     """
 
-    share, bout = 1.0, BOUT  # of the time; timesteps
+    share: float | np.ndarray = 1.0
+    bout = BOUT
 
     def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
         super().reset(batch, seeds, children)
@@ -49,15 +54,15 @@ def attentive(share: float, caregiver: type[Caregiver]) -> type[Attentive]:
     return type(f"Attentive{caregiver.__name__}", (Attentive, caregiver), details)
 
 
-def looks(draws: np.ndarray, share: float, bout: float) -> np.ndarray:
-    """Return whether it looks in each timestep, bool (B, T), by uniform draws, (B, T).
+def looks(draws: np.ndarray, share: float | np.ndarray, bout: float) -> np.ndarray:
+    """Return whether it looks in each timestep, bool (B, T), by uniform draws, (B, T), and the share of each, (B,).
 
     A bout of looking ends with probability 1 / bout; one of not looking lasts so long that the share is as given.
     """
-    if share == 1.0:
-        return np.ones(draws.shape, bool)
-    goes_on, begins = 1.0 - 1.0 / bout, share / (1.0 - share) / bout
-    found = draws < share  # at the start; later ones follow from those before
+    share = np.broadcast_to(share, len(draws))
+    goes_on = np.where(share < 1.0, 1.0 - 1.0 / bout, 1.0)
+    begins = share / np.maximum(1.0 - share, np.finfo(float).tiny) / bout
+    found = draws < share[:, None]  # at the start; later ones follow from those before
     for now in range(1, draws.shape[1]):
         found[:, now] = draws[:, now] < np.where(found[:, now - 1], goes_on, begins)
     return found

@@ -1,7 +1,8 @@
 """How much is attention worth? Damage left by caregivers that look only a share of the time, in bouts.
 
 While it looks, such a caregiver acts as the rule or the planner does; else it does nothing. So a robot, which always
-looks, can be compared with the share of attention that it replaces.
+looks, can be compared with the share of attention that it replaces: the physical one, in the houses of a run, with an
+attentive caregiver in the grid in the same houses.
 """
 
 from __future__ import annotations
@@ -12,11 +13,12 @@ from typing import Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 
 from caregiver_mj.caregivers.attentive import BOUT, Attentive
 from caregiver_mj.caregivers.registry import make_caregiver
-from caregiver_mj.experiments import two_level
+from caregiver_mj.experiments import intervals, two_level
 from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.sets import houses_named
@@ -34,25 +36,26 @@ CAREGIVERS = {"expected-danger": colours.CANDLE, "foresight": colours.ROBOT}
 
 
 class Job(NamedTuple):
-    """All episodes in one house with one caregiver and share of attention; without a caregiver if it has no name."""
+    """All episodes in one house with one caregiver, for each share of attention; none if it has no name."""
 
     house: str
     caregiver: str
-    share: float
+    shares: tuple[float, ...]
     bout: float
     episodes: int
 
 
-def run_job(job: Job) -> list[float]:
-    """Return the damage of each episode, summed over the toddlers, (episodes,)."""
+def run_job(job: Job) -> list[list[float]]:
+    """Return the damage of each episode, summed over the toddlers, (shares, episodes)."""
     plan, caregiver = load_house(job.house), None
     if job.caregiver:
-        caregiver = make_caregiver(f"attentive:{job.share}:{job.caregiver}", plan)
+        caregiver = make_caregiver(f"attentive:1:{job.caregiver}", plan)
         assert isinstance(caregiver, Attentive)
-        caregiver.bout = job.bout
-    world = run_in_grid(functools.partial(GridWorld, caregiver=caregiver), plan, TODDLERS, job.episodes)
-    damage: np.ndarray = world.ledger.damage.reshape(len(TODDLERS), job.episodes).sum(axis=0)
-    return damage.tolist()
+        caregiver.share, caregiver.bout = np.repeat(job.shares, len(TODDLERS) * job.episodes), job.bout
+    make, toddlers = functools.partial(GridWorld, caregiver=caregiver), TODDLERS * len(job.shares)
+    damage: np.ndarray = run_in_grid(make, plan, toddlers, job.episodes).ledger.damage
+    found: list[list[float]] = damage.reshape(-1, len(TODDLERS), job.episodes).sum(axis=1).tolist()
+    return found
 
 
 def add_options(parser: Parser) -> None:
@@ -60,6 +63,7 @@ def add_options(parser: Parser) -> None:
     parser.add("houses", ["test-50"], "houses to run in, or sets of them", metavar="SET")
     parser.add("episodes", 10, "with each toddler in each house")
     parser.add("shares", [0.1, 0.2, 0.4, 0.6, 0.8, 1.0], "shares of the time in which it looks", metavar="SHARE")
+    parser.add("robot", "docs/house/houses.csv", "table of the houses of a run of the physical robot", metavar="FILE")
     parser.add("bout", BOUT, "mean of a bout of looking, timesteps of 1.68 s")
     parser.add_file("out", "keep the episodes there, and go on with them", "DIR")
     parser.add_jobs()
@@ -68,34 +72,50 @@ def add_options(parser: Parser) -> None:
 def run(options: argparse.Namespace) -> Page:
     """Run all caregivers; return the page."""
     houses = [plan.name for plan in houses_named(options.houses)]
-    kinds = [("", 0.0), *((name, share) for name in CAREGIVERS for share in options.shares)]
+    robot = pd.read_csv(options.robot, dtype={"family": str}).query("family in @TODDLERS")
+    others = [*dict.fromkeys(robot.house)]
+    shares = tuple(options.shares)
     # House by house, so that a planner's tables are made once.
-    work = [Job(house, *kind, options.bout, options.episodes) for house in houses for kind in kinds]
-    found = dict(zip(work, run_all(run_job, work, options.jobs, "attention", options.out), strict=True))
+    work = [
+        Job(house, name, shares if name else (0.0,), options.bout, options.episodes)
+        for house in dict.fromkeys([*houses, *others])
+        for name in ("", *(CAREGIVERS if house in houses else ("expected-danger",)))
+    ]
+    done = run_all(run_job, work, options.jobs, "attention", options.out)
+    found = {(job.house, job.caregiver): np.array(damage) for job, damage in zip(work, done, strict=True)}
 
-    def damage(name: str, share: float) -> list[np.ndarray]:
-        return [np.array(found[Job(house, name, share, options.bout, options.episodes)]) for house in houses]
+    def left(name: str, where: list[str]) -> dict[float, Estimate[float]]:
+        alone = [found[house, ""][0] for house in where]
+        each = ([found[house, name][number] for house in where] for number in range(len(shares)))
+        return {share: two_level.of_ratio(damage, alone) for share, damage in zip(shares, each, strict=True)}
 
-    alone = damage("", 0.0)
-    left = {
-        name: {share: two_level.of_ratio(damage(name, share), alone) for share in options.shares} for name in CAREGIVERS
-    }
+    by_caregiver, person = {name: left(name, houses) for name in CAREGIVERS}, left("expected-danger", others)
+    by_house = robot.pivot_table("damage", "house", "caregiver", aggfunc="sum")
+    worth = {}
+    for name in CAREGIVERS:
+        level = intervals.of_ratio(by_house[name].to_numpy(), by_house["none"].to_numpy())
+        worth[name] = level, [replaced(person, end) for end in (level.value, level.high, level.low)]
     values: dict[str, Any] = {
         "houses": " ".join(options.houses),
         "count": len(houses),
+        "others": len(others),
         "episodes": options.episodes,
         "bout": 1.68 * options.bout,
-        "shares": options.shares,
-        "left": left,
-        "replaced": replaced(left["foresight"], left["expected-danger"][max(options.shares)].value),
+        "shares": shares,
+        "left": by_caregiver,
+        "person": person[max(shares)],
+        "worth": worth,
     }
-    return Page(values, {"attention.png": picture(left)})
+    return Page(values, {"attention.png": picture(by_caregiver)})
 
 
 def replaced(left: dict[float, Estimate[float]], level: float) -> float:
-    """Return the share of attention at which as much damage is left as a level, linear between those measured."""
+    """Return the share of attention at which as much damage is left as a level, linear between those measured.
+
+    Without attention all damage is left. Beyond what is left with the greatest share it is that share.
+    """
     shares = sorted(left, reverse=True)
-    return float(np.interp(level, [left[share].value for share in shares], shares))
+    return float(np.interp(level, [*(left[share].value for share in shares), 1.0], [*shares, 0.0]))
 
 
 def picture(left: dict[str, dict[float, Estimate[float]]]) -> Figure:

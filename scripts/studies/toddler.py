@@ -20,7 +20,7 @@ from caregiver_mj.plans.cell_graph import ACTIONS, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.sets import houses_named
-from study import Parser, make_console, make_table
+from study import Parser, fill_in, table
 
 _DRAWS = (np.arange(100_000) + 0.5) / 100_000
 _LEAST = 3  # moves of a bout whose shape is asked for
@@ -31,10 +31,11 @@ def add_options(parser: Parser) -> None:
     parser.add("houses", ["train-20"], "houses, or sets of them")
     parser.add("episodes", 100, "of each toddler in each house")
     parser.add("epsilons", [0.5, 0.75, 0.95], "shares of bouts without a goal")
+    parser.add_file("docs", "write it into the guide's page there", "DIR")
 
 
 def run(options: argparse.Namespace) -> None:
-    """Watch the toddlers; print the table."""
+    """Watch the toddlers; print the table, and write it into the guide."""
     plans = houses_named(options.houses)
     found = {
         epsilon: together([watch(plan, epsilon, options.episodes) for plan in plans]) for epsilon in options.epsilons
@@ -47,10 +48,10 @@ def run(options: argparse.Namespace) -> None:
     ]
     for name, published, form in _ROWS:
         rows.append((name, published, [form.format(one[name]) for one in found.values()]))
-    table = make_table("", "", "published", *(f"epsilon {epsilon:g}" for epsilon in found))
-    for name, published, cells in rows:
-        table.add_row(name, published, *cells)
-    make_console().print(table)
+    titles = "quantity", "published", *(f"epsilon {epsilon:g}" for epsilon in found)
+    print(text := table(titles, [(name, published, *cells) for name, published, cells in rows]))
+    if options.docs:
+        fill_in(options.docs / "guide" / "children.md", "toddler", text)
 
 
 _ROWS = (
