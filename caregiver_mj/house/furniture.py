@@ -6,6 +6,7 @@ What collides there, and what hides things, is the wall, as if there was no furn
 
 from __future__ import annotations
 
+import itertools
 import math
 import zlib
 from collections.abc import Iterator
@@ -25,7 +26,7 @@ _KINDS = "living", "kitchen", "bedroom", "bathroom"  # of rooms, from the larges
 TILED = "kitchen", "bathroom"
 _PIECES = {  # in a room, as far as there is room
     "living": ("sofa", "television", "bookcase"),
-    "kitchen": ("counter", "fridge", "stove", "bench"),
+    "kitchen": ("counter", "fridge", "stove", "dining"),
     "bedroom": ("bed", "wardrobe", "bookcase"),
     "bathroom": ("bath", "basin", "toilet"),
     "hall": ("wardrobe", "bench"),
@@ -83,6 +84,23 @@ def _books(half: float, shelves: tuple[float, ...]) -> Iterator[Part]:
             material = (*FABRICS, "white")[(number + row) % 5]
             yield Part(material, (0.08, 0.3), (left, left + width), (floor, floor + 0.17 + 0.3 * width))
             left += width + 0.004
+
+
+def _legs(material: str, deep: Span, across: Span, height: float) -> Iterator[Part]:
+    """Four legs, at the corners."""
+    for front, side in itertools.product((deep[0], deep[1] - 0.035), (across[0], across[1] - 0.035)):
+        yield Part(material, (front, front + 0.035), (side, side + 0.035), (0, height))
+
+
+def _chair(side: int) -> Iterator[Part]:
+    """A chair on one side of a table, which it faces."""
+    near, far, behind = sorted((0.36 * side, 0.66 * side)), 0.66 * side, 0.695 * side
+    across = near[0], near[1]
+    yield from _legs("dark_wood", (0.08, 0.38), across, 0.33)
+    yield Part("wood", (0.08, 0.38), across, (0.33, 0.355))
+    yield Part("", (0.10, 0.36), across, (0.355, 0.375))
+    for up in (0.33, 0.60), (0.66, 0.74):
+        yield Part("wood", (0.08, 0.38), (min(far, behind), max(far, behind)), up)
 
 
 PIECES = {
@@ -148,6 +166,16 @@ PIECES = {
             Part("wood", (0.0, 0.44), (-0.72, 0.72), (0.34, 0.38)),
             Part("wood", (0.42, 0.46), (-0.72, 0.72), (0.38, 0.78)),
             *(Part("", (0.03, 0.40), (a, a + 0.44), (0.38, 0.43)) for a in (-0.68, -0.22, 0.24)),
+        ),
+    ),
+    "dining": Piece(
+        2,
+        (
+            *_legs("dark_wood", (0.04, 0.44), (-0.30, 0.30), 0.54),
+            Part("wood", (0.01, 0.47), (-0.34, 0.34), (0.54, 0.57)),
+            Part("", (0.06, 0.42), (-0.08, 0.08), (0.57, 0.573)),
+            *(Part("white", (0.14, 0.32), (a - 0.09, a + 0.09), (0.57, 0.578), is_round=True) for a in (-0.22, 0.22)),
+            *itertools.chain(_chair(-1), _chair(1)),
         ),
     ),
     "bed": Piece(
