@@ -180,11 +180,11 @@ def _run_paper(arguments: argparse.Namespace) -> None:
         executor.check(settings.code)
         result = evaluate_visibly(settings, None, executor, arguments)
 
-    from caregiver_mj.viz.report import Run, published  # takes seconds to import
+    from caregiver_mj.viz.report import Run  # takes seconds to import
     from caregiver_mj.viz.report.page import causes
 
     run = Run(pathlib.Path(), settings.record(), settings, result.episodes, result.maps, result.summary)
-    tables = published.deviations(run)
+    tables = run.deviations()
     console = output(arguments.json)
     for column, (title, digits, legend) in _PAPER_TABLES.items():
         rows = [_paper_cells(row, digits) for row in tables[column]]

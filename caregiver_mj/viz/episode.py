@@ -13,8 +13,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.runner import keep_answers, make_house
 from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.viz import moment
-from caregiver_mj.viz.hud import HudState
-from caregiver_mj.viz.moment import Forecast, Tile
+from caregiver_mj.viz.moment import Forecast, HudState, Tile
 
 _LIFTED = 0.05  # m above its starting height from which a candle counts as in the robot's hand
 

@@ -13,7 +13,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz import director
 from caregiver_mj.viz.cameras import FOVY, Camera
 from caregiver_mj.viz.episode import Episode
-from caregiver_mj.viz.hud import ChildState, HudState
+from caregiver_mj.viz.moment import ChildState, HudState
 
 PLAN = FloorPlan.load("paper")
 NOTHING_THERE = np.empty((0, 2, 3))

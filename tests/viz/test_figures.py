@@ -5,7 +5,6 @@ import pandas as pd
 import pytest
 
 from caregiver_mj.viz import figures
-from caregiver_mj.viz.figures.shares import going
 
 
 def test_kinds_are_shares_of_the_damage_without():
@@ -27,5 +26,5 @@ def test_kinds_are_shares_of_the_damage_without():
 
 def test_survival_is_the_share_not_yet_stopped():
     episodes = pd.DataFrame({"timesteps_to_threshold": [10, 100, 200, 200], "stopped": [1, 1, 0, 1]})
-    share = going(episodes, np.array([0, 9, 10, 99, 100, 199, 200]))
+    share = figures.going(episodes, np.array([0, 9, 10, 99, 100, 199, 200]))
     assert share == pytest.approx([1, 1, 0.75, 0.75, 0.5, 0.5, 0.25])  # the third is never stopped

@@ -12,9 +12,8 @@ from made_runs import undrawn, write_run
 from test_cli import fails
 
 from caregiver_mj import cli
-from caregiver_mj.viz import figures, report
+from caregiver_mj.viz import figure_style, report
 from caregiver_mj.viz.report.left import verdicts
-from caregiver_mj.viz.report.published import compares_with
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +39,7 @@ def page(folder):
 @pytest.fixture
 def words_alone(monkeypatch):
     """Figures are made and not drawn."""
-    monkeypatch.setattr(figures, "as_bytes", undrawn)
+    monkeypatch.setattr(figure_style, "as_bytes", undrawn)
 
 
 def words(page):
@@ -85,7 +84,7 @@ def test_what_caregivers_saw_is_said_and_the_paper_is_not_cited_where_that_is_no
     fast = report.read_run(write_run(tmp_path / "fast", child_speed=0.8))
     assert "--child-speed 0.8" in fast.command()
     assert fast.title == "Grid, children at 0.8 m/s (paper)"
-    assert not compares_with(fast)
+    assert not fast.cited
     assert "published" not in report.write_report([tmp_path / "walls"]).read_text("utf-8")
 
 
