@@ -54,33 +54,19 @@ def add_evaluate(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--world", choices=WORLDS, default="house", help="the physical house, or the grid of the paper"
     )
-    parsing.add_houses(command)
-    command.add_argument(
-        "--caregiver",
-        nargs="+",
-        default=["none", parsing.CAREGIVER],
-        metavar="NAME",
-        help=f"{BARE_TABLES}, {parsing.caregivers()}",
-    )
-    command.add_argument(
-        "--epsilon",
-        nargs="+",
-        default=EPSILONS,
-        metavar="E[,E...]",
-        help="share of random moves, one value or more; a list such as 1,.25 is for children in the same house",
-    )
-    parsing.add_children(command)
-    parsing.add_embodiment(command)
-    parsing.add_sight(command)
-    parsing.add_queries(command)
-    command.add_argument(
-        "--episodes", type=int, default=20, metavar="N", help="number of episodes for each caregiver and epsilon"
-    )
-    parsing.add_seed(command)
-    parsing.add_executor(command)
+    parsing.add(command.add_mutually_exclusive_group(), "--house", "--houses")
+    parsing.add(command, "--damage")
+    who, default = f"{BARE_TABLES}, {parsing.caregivers()}", ["none", parsing.CAREGIVER]
+    parsing.add(command, "--caregiver", nargs="+", default=default, help=who)
+    text = "share of random moves, one value or more; a list such as 1,.25 is for children in the same house"
+    parsing.add(command, "--epsilon", nargs="+", default=EPSILONS, help=text)
+    parsing.add(command, *parsing.CHILDREN_OPTIONS, "--embodiment", "--sight", *parsing.QUERIES)
+    text = "number of episodes for each caregiver and epsilon"
+    command.add_argument("--episodes", type=int, default=20, metavar="N", help=text)
+    parsing.add(command, "--seed", *parsing.WORKERS)
     command.add_argument("--out", metavar="DIR", help="folder for the episodes and the table")
     command.add_argument("--resume", action="store_true", help="continue the run in DIR")
-    command.add_argument("--json", action="store_true", help="print the table as JSON only")
+    parsing.add(command, "--json")
 
 
 def _run(arguments: argparse.Namespace) -> None:
@@ -162,9 +148,8 @@ def add_paper(command: argparse.ArgumentParser) -> None:
         "numbers, with 95 % intervals, deviations and their known causes."
     )
     command.add_argument("--episodes", type=int, default=1000, metavar="N", help="number of episodes for each cell")
-    parsing.add_seed(command)
-    parsing.add_executor(command)
-    command.add_argument("--json", action="store_true", help="print the tables as JSON only")
+    parsing.add(command, "--seed", *parsing.WORKERS)
+    parsing.add(command, "--json", help="print the tables as JSON only")
 
 
 def _run_paper(arguments: argparse.Namespace) -> None:

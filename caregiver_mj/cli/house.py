@@ -47,7 +47,7 @@ def add_house(house: argparse.ArgumentParser) -> None:
     text = "make a house and print its floor plan; other options are drawn from the seed"
     command = plans.add_parser("make", help=text, description=text)
     command.set_defaults(run=_make)
-    parsing.add_seed(command)
+    parsing.add(command, "--seed")
     command.add_argument("--shape", metavar="NAME", help=f"house of a special shape: {', '.join(SHAPES)}")
     command.add_argument("--home", action="store_true", help="draw gates, mugs and batteries, too")
     command.add_argument("--size", metavar="WxH", help="columns and rows, outer walls included")

@@ -1,10 +1,10 @@
-"""`caregiver-mj list`: available names with a one-line summary each."""
+"""`caregiver-mj list`: available names with a line on each; `completion`: a script for a shell to complete them."""
 
 from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from caregiver_mj.caregivers.registry import CAREGIVERS, DRIVER, PERSON, POLICIES
@@ -13,11 +13,13 @@ from caregiver_mj.cli.house import describe
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.spec import BARE_TABLES
 from caregiver_mj.plans.floor_plan import FloorPlan, house_names
-from caregiver_mj.plans.sets import SETS
+from caregiver_mj.plans.sets import DRAWN, FIRST_SEEDS, SETS
 from caregiver_mj.plans.shapes import SHAPES
+from caregiver_mj.recording.steps import RANDOM, TARGETS
 from caregiver_mj.registry import Registry, summary
 from caregiver_mj.robot.embodiments import EMBODIMENTS
 from caregiver_mj.tasks import TASKS
+from caregiver_mj.viz import AUTO, CAMERAS
 
 _NO_CAREGIVERS = {  # other names that options accept for a caregiver
     "none": "Nobody: the robot is not there.",
@@ -68,13 +70,13 @@ _LISTS: dict[str, Callable[[], dict[str, str]]] = {
 
 def add_list(command: argparse.ArgumentParser) -> None:
     """Add the options of `list`."""
-    command.set_defaults(run=_run)
+    command.set_defaults(run=_list)
     command.description = "Print the names that other commands take, with a line on each, including other packages'."
     command.add_argument("what", choices=[*_LISTS], help="kind of names")
     command.add_argument("--json", action="store_true", help="print an object from name to line")
 
 
-def _run(arguments: argparse.Namespace) -> None:
+def _list(arguments: argparse.Namespace) -> None:
     found = dict(sorted(_LISTS[arguments.what]().items()))
     if arguments.json:
         print(json.dumps(found, indent=1, ensure_ascii=False))
@@ -82,3 +84,78 @@ def _run(arguments: argparse.Namespace) -> None:
     width = max(map(len, found))
     for name, line in found.items():
         print(f"{name:{width}}  {' '.join(line.split())}")
+
+
+# -- Completion ----------------------------------------------------------------------------------------
+
+SHELLS = ("bash", "zsh")
+_FILES = ("answers", "first", "folders", "out", "second", "still", "video")  # arguments that name files or folders
+
+# Completion of houses: names and files.
+_HOUSE = "_caregiver_mj_houses"
+_HOUSE_FUNCTIONS = {
+    "bash": _HOUSE + """() {{ compgen -W "{names}" -- "$1"; compgen -f -- "$1"; }}""",
+    "zsh": _HOUSE + """() {{ _alternative 'houses:house:({names})' 'files:file:_files' }}""",
+}
+
+
+def add_completion(command: argparse.ArgumentParser) -> None:
+    """Add the options of `completion`."""
+    command.set_defaults(run=_complete)
+    command.description = (
+        "Print a completion script for the shell, with the present names of caregivers, children and houses, including "
+        "those of other packages."
+    )
+    command.add_argument("shell", choices=SHELLS, help="for which shell")
+
+
+def _complete(arguments: argparse.Namespace) -> None:
+    from caregiver_mj.cli import make_parser
+
+    print(script(make_parser(), arguments.shell))
+
+
+def script(parser: argparse.ArgumentParser, shell: str) -> str:
+    """Return the completion script of a shell, one of `SHELLS`.
+
+    This adds choices to the parser, which cannot parse afterwards.
+    """
+    import shtab
+
+    names = [*house_names(), *(f"{shape}-17" for shape in SHAPES)]
+    caregivers = list(dict.fromkeys([*CAREGIVERS, *POLICIES]))
+    words: dict[str, Iterable[str]] = {
+        "camera": CAMERAS,
+        "caregiver": caregivers,
+        "child": CHILDREN,
+        "embodiment": EMBODIMENTS,
+        "robot": EMBODIMENTS,
+        "houses": [*(f"{name}-100" for name in FIRST_SEEDS), f"drawn-{len(DRAWN)}", *names],
+        "task": TASKS,
+        # Exceptions for single commands.
+        "evaluate caregiver": [BARE_TABLES, *caregivers],
+        "compare caregiver": [BARE_TABLES, *caregivers],
+        "render camera": [AUTO, *CAMERAS],
+        "record caregiver": [RANDOM, *(name for name in caregivers if name != "none")],
+        "record task": [*TASKS, TARGETS],
+    }
+    functions = {name: function.format(names=" ".join(names)) for name, function in _HOUSE_FUNCTIONS.items()}
+    for command, action in _actions(parser):
+        offered = words.get(f"{command} {action.dest}") or words.get(action.dest)
+        if offered and not action.choices:
+            action.choices = list(offered)
+        elif action.dest in _FILES:
+            action.complete = shtab.FILE  # type: ignore[attr-defined]  # read by shtab
+        elif action.dest == "house":
+            action.complete = dict.fromkeys(SHELLS, _HOUSE) | {"preamble": functions}  # type: ignore[attr-defined]
+    return shtab.complete(parser, shell)
+
+
+def _actions(parser: argparse.ArgumentParser, command: str = "") -> Iterator[tuple[str, argparse.Action]]:
+    """Yield the arguments of a command and of its subcommands, each with the name of its command."""
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for name, inner in action.choices.items():
+                yield from _actions(inner, name)
+        else:
+            yield command, action

@@ -43,24 +43,22 @@ def add_record(command: argparse.ArgumentParser) -> None:
     command.add_argument("--format", choices=FORMATS, required=True, help="format of the data set")
     command.add_argument("--task", default="supervise", help=f"{', '.join(TASKS)}, or {TARGETS}: interventions only")
     command.add_argument("--world", choices=("house", "grid"), default="house", help="the grid has targets only")
-    parsing.add_who(command, f"who acts: {RANDOM}, ")
-    parsing.add_seed(command)
-    parsing.add_queries(command)
+    parsing.add(command, *parsing.WHERE)
+    parsing.add(command, "--caregiver", help=f"who acts: {RANDOM}, {parsing.caregivers()}")
+    parsing.add(command, "--embodiment", "--seed", *parsing.QUERIES)
     command.add_argument("--episodes", type=int, default=10, metavar="N", help="number of episodes")
-    command.add_argument(
-        "--seconds", type=float, metavar="S", help="greatest length of an episode (default: the task's)"
-    )
-    command.add_argument(
-        "--camera", nargs="+", default=[], metavar="NAME", help=f"cameras to record: {', '.join(CAMERAS)}"
-    )
+    longest = "greatest length of an episode (default: the task's)"
+    command.add_argument("--seconds", type=float, metavar="S", help=longest)
+    cameras = f"cameras to record: {', '.join(CAMERAS)}"
+    command.add_argument("--camera", nargs="+", default=[], metavar="NAME", help=cameras)
     command.add_argument("--size", default="128x96", metavar="WxH", help="size of their images, in pixels")
-    command.add_argument("--jobs", type=int, default=1, metavar="N", help="number of worker processes")
-    command.add_argument(
-        "--out", required=True, metavar="DIR", help="folder of the LeRobot data set, or of all Minari data sets"
-    )
+    parsing.add(command, "--jobs", default=1, help="number of worker processes")
+    folder = "folder of the LeRobot data set, or of all Minari data sets"
+    command.add_argument("--out", required=True, metavar="DIR", help=folder)
     command.add_argument("--name", help="name of a Minari data set, as GROUP/NAME-v0 (default: from the settings)")
     command.add_argument("--resume", action="store_true", help="continue an interrupted recording")
-    parsing.add_answers(command, "record")
+    parsing.add(command, "--answers", help="run in the house, to record what --caregiver did in it")
+    parsing.add(command, "--trust")
 
 
 def _run(arguments: argparse.Namespace) -> None:
