@@ -197,9 +197,9 @@ class CameraVideos:
         if self._writer is None:
             path = self._shard.path(self._root, VIDEO, video_key=self._key)
             # Key frames every 2, and no B-frames, for random access.
-            self._writer = video_writer(path, width, height, self._rate, "-g", "2", "-bf", "0")
+            self._writer = video_writer(path, self._rate, "-g", "2", "-bf", "0")
         for frame in frames:
-            self._writer.send(np.ascontiguousarray(frame))
+            self._writer.append_data(frame)
         first, self._frames = self._frames, self._frames + len(frames)
         name = f"videos/{self._key}"
         return {

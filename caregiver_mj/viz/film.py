@@ -72,12 +72,7 @@ class Studio:
     """Films an episode."""
 
     def __init__(self, episode: Episode, picture: Picture, trail_length: int):
-        """Set up the cameras.
-
-        Args:
-            episode: The episode, in a house with the picture's camera.
-            picture: Size, frame rate and camera.
-            trail_length: Number of looks at the children in their trails.
+        """Set up the cameras, in a house with the picture's camera; trails have so many looks at the children.
 
         Raises:
             RenderingError: No OpenGL backend works.
@@ -111,16 +106,13 @@ class Studio:
         if self._column:
             inset_size = hud.column_inset_size(width, height, self._column, episode.env.task.plan, episode.foresees)
         self._follow = director.CloseShot(inset_size[0] / inset_size[1], picture.fps, director.screens(physics))
-        beside = self._inset_names(camera) if inset_size[1] >= _LEAST_INSET else []
-        self._insets = {name: Camera(physics, _place(name), *inset_size) for name in beside}
-
-    def _inset_names(self, camera: str) -> list[str]:
-        """Return the cameras of the insets."""
-        if not self._is_wide:
-            return []
-        known = self._episode.env.physics.camera_names()
-        beside = AUTO if camera == AUTO else "follow"
-        return [name for name in (beside, "wrist") if name == AUTO or (name in known and name != camera)]
+        known = {AUTO, *physics.camera_names()} - {"" if camera == AUTO else camera}
+        beside = AUTO if camera == AUTO else "follow", "wrist"
+        has_room = self._is_wide and inset_size[1] >= _LEAST_INSET
+        places = {AUTO: Pose((0.0, 0.0, 0.0), 1.0, 1.0)}  # from where it moves
+        self._insets = {
+            name: Camera(physics, places.get(name, name), *inset_size) for name in beside if has_room and name in known
+        }
 
     def frame(self) -> np.ndarray:
         """Return the frame of the present moment, (height, width, 3)."""
@@ -148,11 +140,6 @@ class Studio:
         return {AUTO: "close up", "follow": child, "wrist": "gripper"}[name]
 
 
-def _place(camera: str) -> str | Pose:
-    """Return the first place of a camera; the automatic one moves."""
-    return Pose((0.0, 0.0, 0.0), 1.0, 1.0) if camera == AUTO else camera
-
-
 def render_episode(
     path: str | os.PathLike[str],
     spec: EpisodeSpec,
@@ -170,12 +157,11 @@ def render_episode(
 
     Args:
         path: The film, `FILE.mp4`, `FILE.gif` or `FILE.webp`.
-        spec: The episode, as in an evaluation; always in the house, even if its world is the grid.
+        spec: The episode; always in the house, even if its world is the grid.
         seconds: Greatest length of the film.
         start: Seconds of the episode before the film; None for where the caregiver prevents most damage.
         picture: Size, frame rate and camera.
-        overlay: Overlay on the floor, one of `OVERLAYS`: "danger" for the predicted places of the children and the
-            hazards to them; None for nothing.
+        overlay: "danger" for the predicted places of the children and the hazards to them, on the floor; or None.
         still: Image to write of a telling moment, `FILE.png`: a child nearest to a candle in the robot's hand, or else
             the middle of the film.
         quiet: Whether to omit the progress bar.
@@ -198,10 +184,10 @@ def render_episode(
     filmed = Episode(dataclasses.replace(spec, world="house"), overlay == "danger", answers, cameras)
     start = rescue_start(spec, answers, seconds) if start is None else start
     best: tuple[float, np.ndarray | None] = (math.inf, None)
-    fps, size = picture.fps, (picture.width, picture.height)
+    fps = picture.fps
     count = max(1, round(seconds * fps))
     middle = round(min(seconds, filmed.env.task.time_limit - start) * fps) // 2
-    with contextlib.closing(filmed.env), progress_bar(quiet) as bar, film_writer(path, *size, fps) as write:
+    with contextlib.closing(filmed.env), progress_bar(quiet) as bar, film_writer(path, fps) as write:
         taken = bar.add_task("frames", total=count)
         shots = studio(filmed, picture, round(_TRAIL_SECONDS * fps))
         for number in range(count):
@@ -243,34 +229,23 @@ def rescue_start(spec: EpisodeSpec, answers: str, seconds: float) -> float:
 
 
 @contextlib.contextmanager
-def film_writer(path: pathlib.Path, width: int, height: int, fps: float) -> Iterator[Callable[[np.ndarray], None]]:
+def film_writer(path: pathlib.Path, fps: float) -> Iterator[Callable[[np.ndarray], None]]:
     """Yield a function that takes frames, (height, width, 3). The file appears only when the film is complete.
 
     Raises:
         CaregiverError: The file cannot be written, or there was no frame.
     """
     unfinished = path.with_name(f".{path.name}.part.mp4")
-    options = (*_OPTIONS, *_LOSSY.get(path.suffix.lower(), ()))
-    writer = None
-
-    def write(frame: np.ndarray) -> None:
-        nonlocal writer
-        if writer is None:  # not earlier: closing a writer without frames fails
-            writer = video_writer(unfinished, width, height, fps, *options)
-        writer.send(np.ascontiguousarray(frame))
-
     try:
-        yield write
-        if writer is None:
+        with video_writer(unfinished, fps, *_OPTIONS, *_LOSSY.get(path.suffix.lower(), ())) as writer:
+            yield writer.append_data
+        if not unfinished.exists():
             raise CaregiverError(f"a film must have at least 1 picture, got none for '{path}'")
-        writer.close()
         _convert(unfinished, path)
         unfinished.replace(path)
     except OSError as error:
         raise CaregiverError(f"'{path}' cannot be written: {error}") from None
     finally:
-        if writer is not None:
-            writer.close()
         unfinished.unlink(missing_ok=True)
 
 
