@@ -27,26 +27,13 @@ _RIVALS = 3  # number of other caregivers in a figure
 _BY_CHILD = {"damage_by_child": "damage", "toys_by_child": "toys_reached"}  # and the column that is their sum
 # Columns of contacts, aggregation over episodes, and digits.
 _SHOWN = (
-    ("strikes", "sum", 0),
-    ("strikes_surface", "sum", 0),
-    ("gate_strikes", "sum", 0),
-    ("pinches", "sum", 0),
-    ("pinch_seconds", "mean", 2),
-    ("contacts_creeping", "sum", 0),
-    ("contacts_slow", "sum", 0),
-    ("contacts_fast", "sum", 0),
-    ("contact_energy", "max", 2),
-    ("contact_speed", "max", 2),
-    ("contact_seconds", "mean", 2),
-    ("pressings", "sum", 0),
-    ("contact_force", "max", 0),
-    ("contact_impulse", "mean", 1),
-    ("flame_distance", "min", 2),
-    ("flame_seconds", "mean", 2),
-    ("wax_distance", "min", 2),
-    ("wax_seconds", "mean", 2),
-    ("candles_dropped", "sum", 0),
-)
+    ("strikes", "sum", 0), ("strikes_surface", "sum", 0), ("gate_strikes", "sum", 0), ("pinches", "sum", 0),
+    ("pinch_seconds", "mean", 2), ("contacts_creeping", "sum", 0), ("contacts_slow", "sum", 0),
+    ("contacts_fast", "sum", 0), ("contact_energy", "max", 2), ("contact_speed", "max", 2),
+    ("contact_seconds", "mean", 2), ("pressings", "sum", 0), ("contact_force", "max", 0),
+    ("contact_impulse", "mean", 1), ("flame_distance", "min", 2), ("flame_seconds", "mean", 2),
+    ("wax_distance", "min", 2), ("wax_seconds", "mean", 2), ("candles_dropped", "sum", 0),
+)  # fmt: skip
 _UNMEASURED = "not measured"
 _HOW = {"sum": "in all", "mean": "an episode", "max": "the most", "min": "the least"}
 _KINEMATIC = "These children are kinematic: they do not give way, so the forces are far too high (docs/contacts.md). "
@@ -236,12 +223,9 @@ def counts_table(groups: Mapping[str, pd.DataFrame], where: str = "", first: str
 def limits_table(episodes: pd.DataFrame, where: str = "", compliant: bool = False) -> Table:
     """Return the greatest force on each part of a compliant or kinematic child, with the limits for adults."""
     rows = []
-    for limit in BODY_LIMITS:
-        force = float(episodes[f"contact_force_{limit.region}"].max())
-        share = number(100 * force / limit.impact, 0)
-        rows.append(
-            (limit.region, limit.part, f"{force:.0f}", f"{limit.clamping:g}", f"{limit.impact:g}", f"{share} %")
-        )
+    for region, part, clamping, impact in BODY_LIMITS:
+        force = float(episodes[f"contact_force_{region}"].max())
+        rows.append((region, part, f"{force:.0f}", f"{clamping}", f"{impact}", f"{number(100 * force / impact, 0)} %"))
     columns = ("on the child's", "of an adult", "greatest force, N", "clamped, N", "impact, N", "of the impact's")
     note = f"{'' if compliant else _KINEMATIC}Limits of adults: {_SOURCE}. {CAUTION}"
     return Table(f"Forces beside what adults bear{where}", columns, rows, note)

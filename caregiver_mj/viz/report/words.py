@@ -23,7 +23,6 @@ NONE = "–"  # where there is no number
 _NARROW = 9  # characters of a line below bars
 
 
-# -- Children ----------------------------------------------------------------------------------------
 # Nouns: for a row of a table, in singular and plural; for the children of an episode, alone, before "went" and "hurt";
 # for one child.
 _NOUNS = ("group", "groups", "who", "whom", "were", "one")
@@ -55,7 +54,6 @@ def in_lines(family: str) -> str:
     return f"{first}\n{last}"
 
 
-# -- Numbers -----------------------------------------------------------------------------------------
 def number(value: float, digits: int = 1, sign: str = "-") -> str:
     """Return a number with a typographic minus, but none before a zero."""
     text = f"{value:{sign}.{digits}f}"
