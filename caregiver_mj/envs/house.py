@@ -9,7 +9,6 @@ from typing import Any
 
 import gymnasium
 import numpy as np
-from dm_env import specs
 from gymnasium import spaces
 
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
@@ -25,7 +24,6 @@ from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.rendering import control
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.policy import CaregiverPolicy
-from caregiver_mj.robot.embodiment import CommandLayout
 from caregiver_mj.tasks import load
 
 # Regular motion stays well within these bounds; the effects of wild actions are clipped.
@@ -162,22 +160,14 @@ def picture(physics: Physics, width: int, height: int, camera: str) -> dict[str,
 
 
 class _BoundedObservations:
-    """Clips the observations of an environment to finite bounds.
+    """Clips the observations of an environment to finite bounds, in a `space`: a dictionary, or a box if flat.
 
     Positions are clipped one cell outside the house, headings are wrapped to [-pi, pi). A scalar becomes an array of
     one, because learners such as those of Stable-Baselines3 reject scalars.
-
-    Attributes:
-        keys: The space of observations as dictionaries.
-        space: The space of the results, a box if they are flat.
     """
 
     def __init__(self, env: control.Environment, observation: str):
-        """Prepare the spaces; observations are "numbers", by name, or "flat", one array in the order of `keys`.
-
-        Raises:
-            CaregiverError: `observation` is neither.
-        """
+        """Prepare the spaces; observations are "numbers", by name, or "flat", one array in that order."""
         if observation not in ("numbers", "flat"):
             raise CaregiverError(f"no observation '{observation}' of the robot's own actions: there are numbers, flat")
         bounds = _bounds(env)
@@ -234,14 +224,9 @@ def _bounds(env: control.Environment) -> dict[str, Bounds]:
     }
     if task.has_robot:
         action, layout = env.action_spec(), task.embodiment.layout
-        bounds["arm"] = _within(action, layout, "arm", _ARM_SLACK)
-        bounds["fingers"] = _within(action, layout, "gripper", _FINGER_SLACK)
+        for name, which, slack in (("arm", layout.arm, _ARM_SLACK), ("fingers", layout.gripper, _FINGER_SLACK)):
+            bounds[name] = action.minimum[which] - slack, action.maximum[which] + slack
     return bounds
-
-
-def _within(action: specs.BoundedArray, layout: CommandLayout, part: str, slack: float) -> Bounds:
-    which = getattr(layout, part)
-    return action.minimum[which] - slack, action.maximum[which] + slack
 
 
 # -- Supervision by targets ----------------------------------------------------------------------------

@@ -11,6 +11,7 @@ from typing import Any
 
 import jinja2
 import numpy as np
+from matplotlib.colors import to_hex
 
 from caregiver_mj.caregivers.registry import CAREGIVERS, PLAYERS, POLICIES, RULE
 from caregiver_mj.children.child_group import ChildGroup
@@ -23,7 +24,7 @@ from caregiver_mj.outside import MB, markdown, read_file, visible
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.recording.record import DAMAGE_THRESHOLD
 from caregiver_mj.viz import colours
-from caregiver_mj.viz.colours import Colour
+from caregiver_mj.viz.colours import unit
 from caregiver_mj.viz.figure_style import ALONE, GUARDED
 from caregiver_mj.viz.report import left, tables
 from caregiver_mj.viz.report.run import PAPER, Run, read_run
@@ -38,6 +39,7 @@ _DEEDS = ("moves_blocked", "moves_blocked_stairwell", "moves_blocked_free", "int
 FILM_NAME = "report.mp4"  # of a film made for the report
 LARGEST_FILM = 40 * MB  # bytes; the film becomes part of the page
 _SECONDS, _SIZE = 15.0, (960, 540)  # s and pixels of a film made for the report
+_COLOURS = {"ground": colours.GROUND, "alone": ALONE, "guarded": GUARDED, "highlight": colours.TODDLER}
 _TYPICAL = 0.5  # preferred share of random moves of the filmed children
 
 
@@ -48,17 +50,13 @@ def write_report(
     render: bool = False,
     trust: bool = False,
 ) -> pathlib.Path:
-    """Write report.html, tables.md and figures/ into the first of some folders.
+    """Write report.html, tables.md and figures/ into the first of some folders; return the path of the page.
 
     Args:
-        folders: Folders of finished runs, each of another world or house. On the page runs over several houses come
-            first, and house `paper` last.
+        folders: Folders of finished runs, each of another world or house.
         film: The film to show; None for the first in the folders, if there is one.
         render: Whether to film the first episode of a run instead.
         trust: Whether to do so even if the run names code that is not installed, or a server.
-
-    Returns:
-        The path of the page.
 
     Raises:
         CaregiverError: A folder has no finished run, or the film is invalid, or filming requires trust.
@@ -96,12 +94,7 @@ def write_report(
         "nouns": SEVERAL if several else SINGLE,
         "number": number,
         "film": on_page,
-        "colours": {
-            "ground": _css(colours.GROUND),
-            "alone": _css(ALONE),
-            "guarded": _css(GUARDED),
-            "highlight": _css(colours.TODDLER),
-        },
+        "colours": {name: to_hex(unit(colour)) for name, colour in _COLOURS.items()},
     }
     folder, pictures = pathlib.Path(folders[0]), [picture for part in sections for picture in part["pictures"]]
     files = {name: environment.get_template(name).render().encode() for name in ("tables.md", "report.html")}
@@ -140,10 +133,6 @@ def _environment() -> jinja2.Environment:
     environment.filters["markdown"] = markdown
     environment.globals["stop"] = tables.published_stop()
     return environment
-
-
-def _css(colour: Colour) -> str:
-    return "#" + "".join(f"{part:02x}" for part in colour)
 
 
 def section(run: Run) -> dict[str, Any]:
