@@ -153,13 +153,8 @@ def add_paper(command: argparse.ArgumentParser) -> None:
 
 
 def _run_paper(arguments: argparse.Namespace) -> None:
-    settings = Settings(
-        plans=(FloorPlan.load("paper"),),
-        world="grid",
-        caregivers=("none", RULE[0]),
-        episodes=arguments.episodes,
-        seed=arguments.seed,
-    )
+    plan, caregivers = FloorPlan.load("paper"), ("none", RULE[0])
+    settings = Settings(plan, "grid", caregivers, episodes=arguments.episodes, seed=arguments.seed)
     settings.check()
     with parsing.make_executor(arguments) as executor:
         executor.check(settings.code)
@@ -172,14 +167,9 @@ def _run_paper(arguments: argparse.Namespace) -> None:
     tables = run.deviations()
     console = output(arguments.json)
     for column, (title, digits, legend) in _PAPER_TABLES.items():
+        title = f"{title} ({settings.episodes} episodes each, seed {settings.seed})"
         rows = [_paper_cells(row, digits) for row in tables[column]]
-        print_rows(
-            console,
-            f"{title} ({settings.episodes} episodes each, seed {settings.seed})",
-            f"{legend}; {_PAPER_LEGEND}",
-            rows,
-            sections=True,
-        )
+        print_rows(console, title, f"{legend}; {_PAPER_LEGEND}", rows, sections=True)
     console.print()
     for cause in causes():
         console.print(cause, markup=False, highlight=False)
@@ -191,12 +181,11 @@ def _paper_cells(row: dict[str, Any], digits: int) -> dict[str, str]:
     def number(value: float | None, unbounded: str = "", sign: str = "-") -> str:
         return unbounded if value is None else f"{value:{sign}.{digits}f}"
 
-    interval = f"{number(row['low'], '-inf')} to {number(row['high'], 'inf')}"
     return {
         "epsilon": row["epsilon"],
         "quantity": row["quantity"],
         "here": number(row["here"]),
-        "95 % interval": interval,
+        "95 % interval": f"{number(row['low'], '-inf')} to {number(row['high'], 'inf')}",
         "paper": number(row["paper"]),
         "deviation": number(row["deviation"], sign="+"),
     }

@@ -29,43 +29,30 @@ _NO_CAREGIVERS = {  # other names that options accept for a caregiver
 }
 
 
-def _registered(registry: Registry[Any]) -> dict[str, str]:
-    """Return a summary of each entry of a registry, or why it cannot be loaded."""
-
-    def described(name: str) -> str:
-        try:
-            return registry.describe(name)
-        except CaregiverError as error:
-            return str(error)
-
-    return {name: described(name) for name in registry}
-
-
-def _caregivers() -> dict[str, str]:
-    return _registered(POLICIES) | _registered(CAREGIVERS) | _NO_CAREGIVERS
-
-
-def _houses() -> dict[str, str]:
-    generated = {
-        "house-SEED": "A generated house, such as house-17: rooms, doorways, furniture and stairs.",
-        "home-SEED": "A generated house with gates, mugs and batteries, too.",
-        **{f"{shape}-SEED": about for shape, about in SHAPES.items()},
-    }
-    return {name: describe(FloorPlan.load(name)) for name in house_names()} | generated
-
-
-def _tasks() -> dict[str, str]:
-    return {name: summary(task.find_kind()) for name, task in TASKS.items()}
-
-
+_GENERATED = {
+    "house-SEED": "A generated house, such as house-17: rooms, doorways, furniture and stairs.",
+    "home-SEED": "A generated house with gates, mugs and batteries, too.",
+    **{f"{shape}-SEED": about for shape, about in SHAPES.items()},
+}
 _LISTS: dict[str, Callable[[], dict[str, str]]] = {
-    "caregivers": _caregivers,
+    "caregivers": lambda: _registered(POLICIES) | _registered(CAREGIVERS) | _NO_CAREGIVERS,
     "children": lambda: _registered(CHILDREN),
-    "houses": _houses,
+    "houses": lambda: {name: describe(FloorPlan.load(name)) for name in house_names()} | _GENERATED,
     "robots": lambda: _registered(EMBODIMENTS),
-    "tasks": _tasks,
+    "tasks": lambda: {name: summary(task.find_kind()) for name, task in TASKS.items()},
     "sets": lambda: SETS,
 }
+
+
+def _registered(registry: Registry[Any]) -> dict[str, str]:
+    """Return a summary of each entry of a registry, or why it cannot be loaded."""
+    found = {}
+    for name in registry:
+        try:
+            found[name] = registry.describe(name)
+        except CaregiverError as error:
+            found[name] = str(error)
+    return found
 
 
 def add_list(command: argparse.ArgumentParser) -> None:
@@ -101,7 +88,7 @@ _HOUSE_FUNCTIONS = {
 
 def add_completion(command: argparse.ArgumentParser) -> None:
     """Add the options of `completion`."""
-    command.set_defaults(run=_complete)
+    command.set_defaults(run=lambda arguments: print(script(arguments.shell)))
     command.description = (
         "Print a completion script for the shell, with the present names of caregivers, children and houses, including "
         "those of other packages."
@@ -109,19 +96,13 @@ def add_completion(command: argparse.ArgumentParser) -> None:
     command.add_argument("shell", choices=SHELLS, help="for which shell")
 
 
-def _complete(arguments: argparse.Namespace) -> None:
-    from caregiver_mj.cli import make_parser
-
-    print(script(make_parser(), arguments.shell))
-
-
-def script(parser: argparse.ArgumentParser, shell: str) -> str:
-    """Return the completion script of a shell, one of `SHELLS`.
-
-    This adds choices to the parser, which cannot parse afterwards.
-    """
+def script(shell: str) -> str:
+    """Return the completion script of a shell, one of `SHELLS`."""
     import shtab
 
+    from caregiver_mj.cli import make_parser
+
+    parser = make_parser()  # to which choices are added, so that it can parse no more
     names = [*house_names(), *(f"{shape}-17" for shape in SHAPES)]
     caregivers = list(dict.fromkeys([*CAREGIVERS, *POLICIES]))
     words: dict[str, Iterable[str]] = {

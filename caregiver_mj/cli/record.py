@@ -107,8 +107,7 @@ def _run(arguments: argparse.Namespace) -> None:
     folder = RunFolder(unfinished, asked, resume=arguments.resume)
     store = Store(folder.path)
     store.check_none_beyond(arguments.episodes)
-    with store.gone_if_empty():
-        _collect_all(arguments, recording, store, executor)
+    _collect_all(arguments, recording, store, executor)
     write(arguments, recording, store, name, target)
     store.remove()
     print(target)
@@ -162,8 +161,13 @@ def _collect_all(arguments: argparse.Namespace, recording: Recording, store: Sto
             for _ in running:
                 found += 1
                 bar.advance(task)
-    except (KeyboardInterrupt, OSError, WorkerError) as error:
-        if not store.numbers():
+    except BaseException as error:
+        is_empty = not store.numbers()
+        if is_empty:
+            store.remove()  # there is nothing to resume
+        if not isinstance(error, KeyboardInterrupt | OSError | WorkerError):
+            raise
+        if is_empty:
             raise StorageError(f"{str(error) or 'interrupted'}; there is no episode yet") from None
         raise parsing.broken_off(error, found, arguments.episodes, store.path, arguments) from None
 

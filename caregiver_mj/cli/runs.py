@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from caregiver_mj.experiments.submission import Submission
     from caregiver_mj.experiments.workers import Executor
 
-_COMPARED = ("epsilon", "caregiver", "pairs", "first", "second", "difference", "p", "verdict")
 _TITLES = {  # of columns, and short forms
     "damage": "damage", "normalised": "norm", "left": "left", "score": "score", "timesteps": "steps", "cells": "cells",
     "toys": "toys", "blocked": "block", "done": "done",
@@ -138,17 +137,17 @@ def print_comparison(found: dict[str, Any], folders: list[str], console: rich.co
         verdict = row["damage_verdict"]
         if verdict == Verdict.NONE and row.get("damage_equivalence") == Verdict.EQUIVALENT:
             verdict = Verdict.EQUIVALENT.value
-        cells = (
-            row["family"],
-            ", ".join(dict.fromkeys((row["baseline"], row["caregiver"]))),
-            str(row["episodes"]),
-            f"{row['first']:.2f}",
-            f"{row['second']:.2f}",
-            _with_ends(row, "damage_difference", "_mean"),
-            "" if (p := row["damage_p"]) is None else f"{p:.3f}" if p >= 0.001 else "<.001",
-            verdict,
-        )
-        rows.append(dict(zip(_COMPARED, cells, strict=True)))
+        cells = {
+            "epsilon": row["family"],
+            "caregiver": ", ".join(dict.fromkeys((row["baseline"], row["caregiver"]))),
+            "pairs": str(row["episodes"]),
+            "first": f"{row['first']:.2f}",
+            "second": f"{row['second']:.2f}",
+            "difference": _with_ends(row, "damage_difference", "_mean"),
+            "p": "" if (p := row["damage_p"]) is None else f"{p:.3f}" if p >= 0.001 else "<.001",
+            "verdict": verdict,
+        }
+        rows.append(cells)
     title = f"{first['world']} {_where(first)}: second ({folders[1]}) less first ({folders[0]})"
     legend = (
         "epsilon: share of random moves; pairs: episodes that both have; first, second: mean damage in these; "
@@ -186,9 +185,8 @@ def _submit(arguments: argparse.Namespace) -> None:
 def _verify(arguments: argparse.Namespace) -> None:
     from caregiver_mj.experiments.submission import read_submission
 
-    submissions = [
-        read_submission(path, trust=arguments.trust) for path in arguments.files
-    ]  # read all before verifying, which is slow
+    # All are read before verifying, which is slow.
+    submissions = [read_submission(path, trust=arguments.trust) for path in arguments.files]
     with parsing.make_executor(arguments) as executor:
         for submission in submissions:
             print(f"{visible(str(submission.path))}: verified, episodes: {len(_verified(submission, executor))}")

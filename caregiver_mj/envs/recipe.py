@@ -112,7 +112,11 @@ class Recording:
             rate, names = 1 / env.dm_env.control_timestep(), env.dm_env.action_spec().name.split("\t")
         else:
             rate, names = spec.child_speed / spec.plan.cell_size, ["target"]  # one decision per novice timestep
-        text = _TARGET_TASK if spec.task == TARGETS else _purpose(spec.task)
+        text = _TARGET_TASK
+        if spec.task != TARGETS:  # what its module says first
+            text = (inspect.getdoc(sys.modules[TASKS[spec.task].find_kind().__module__]) or spec.task).partition("\n")[
+                0
+            ]
         return About(
             task=text,
             robot=spec.embodiment if spec.world == "house" else "",
@@ -160,10 +164,6 @@ def prepared(recording: Recording, number: int = 0) -> tuple[HouseEnv | TargetsE
 def house_of(env: HouseEnv | TargetsEnv) -> control.Environment:
     """Return the wrapped environment in MuJoCo."""
     return env.world.dm_env if isinstance(env, TargetsEnv) else env.dm_env
-
-
-def _purpose(task: str) -> str:
-    return (inspect.getdoc(sys.modules[TASKS[task].find_kind().__module__]) or task).partition("\n")[0]
 
 
 class EnvRollout(Rollout):

@@ -120,7 +120,9 @@ class Studio:
         if self._tiles:
             self._tiles.lay(self._main, self._episode.tiles())
         state = self._episode.hud_state(self._trail_length)
-        insets = [(self._caption(name), self._insets[name].render()) for name in self._shown(state)]
+        child = "toddler" if len(self._episode.spec.family) == 1 else "child 1"
+        captions = {AUTO: "close up", "follow": child, "wrist": "gripper"}
+        insets = [(captions[name], self._insets[name].render()) for name in self._shown(state)]
         return hud.draw(self._page, state, insets, beside=bool(self._column))
 
     def _shown(self, state: HudState) -> list[str]:
@@ -129,15 +131,8 @@ class Studio:
             return [*self._insets]
         shot = self._insets[AUTO]
         shot.pose = self._follow.follow(state)
-        physics = self._episode.env.physics
-        works = "wrist" in self._insets and director.hand_works(
-            state, physics.pinch_position(), physics.base_velocity()
-        )
-        return ["wrist" if works else AUTO]
-
-    def _caption(self, name: str) -> str:
-        child = "toddler" if len(self._episode.spec.family) == 1 else "child 1"
-        return {AUTO: "close up", "follow": child, "wrist": "gripper"}[name]
+        hand, base = self._episode.env.physics.pinch_position, self._episode.env.physics.base_velocity
+        return ["wrist" if "wrist" in self._insets and director.hand_works(state, hand(), base()) else AUTO]
 
 
 def render_episode(

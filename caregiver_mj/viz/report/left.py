@@ -95,9 +95,8 @@ def wins_table(run: Run) -> Table | None:
         f"Houses in which {run.caregiver} has less damage : houses in which it has more, of {run.houses}; in the rest "
         f"it is the same. Of {run.settings.episodes} episodes a house, so chance has its part in each."
     )
-    return run.table(
-        f"Houses with less and with more damage with {run.caregiver} than with others", "against", rows, note
-    )
+    title = f"Houses with less and with more damage with {run.caregiver} than with others"
+    return run.table(title, "against", rows, note)
 
 
 def _pictures(run: Run) -> list[Picture]:

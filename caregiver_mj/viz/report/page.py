@@ -131,7 +131,6 @@ def _environment() -> jinja2.Environment:
         keep_trailing_newline=True,
     )
     environment.filters["markdown"] = markdown
-    environment.globals["stop"] = tables.published_stop()
     return environment
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -13,13 +12,12 @@ from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.experiments import statistics
 from caregiver_mj.experiments.harm import Harm
 from caregiver_mj.experiments.verdicts import MARGINS
-from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.recording.contacts import BODY_LIMITS, CAUTION, FAR, FLAME_CLEAR, WAX_CLEAR
 from caregiver_mj.recording.record import COLUMNS, DAMAGE_THRESHOLD
 from caregiver_mj.viz import figures
 from caregiver_mj.viz.report import words
 from caregiver_mj.viz.report.left import left_cell, left_series
-from caregiver_mj.viz.report.run import PUBLISHED, Run
+from caregiver_mj.viz.report.run import Run
 from caregiver_mj.viz.report.words import NONE, TITLES, Picture, Table, family_name, if_bracketed, number, with_interval
 
 MARGIN = MARGINS["toys_reached"]
@@ -317,20 +315,3 @@ def _denied_table(run: Run) -> Table:
     rows = [(c, *(denied.format_map(run.row(c, family)) for family in run.families)) for c in run.acting]
     note = "Moves of an episode denied: into a stairwell + free ones (longest time blocked, timesteps)."
     return run.table("Moves denied by each caregiver", "caregiver", rows, note)
-
-
-def published_stop() -> dict[str, str]:
-    """Return the consequences, for random motion, if the paper's damage were that until the stop."""
-    timesteps, damage = (PUBLISHED[column][1.0][1] for column in ("timesteps_to_threshold", "damage_normalised"))
-    stopped = 1 - timesteps / EPISODE_TIMESTEPS  # at least: unstopped episodes count as all timesteps
-    least, most = DAMAGE_THRESHOLD + 1, DAMAGE_THRESHOLD + DamageWeights().worst
-    bound = math.floor(100 * stopped * least / most) / 100
-    return {
-        "timesteps": f"{timesteps:.0f}",
-        "stopped": f"{100 * stopped:.0f}",
-        "bound": f"{bound:.2f}",
-        "all": f"{EPISODE_TIMESTEPS}",
-        "least": f"{least:g}",
-        "most": f"{most:g}",
-        "damage": f"{damage:.2f}",
-    }

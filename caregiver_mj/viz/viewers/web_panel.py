@@ -196,14 +196,8 @@ def options(spec: EpisodeSpec) -> str:
 
 def readout(state: HudState) -> str:
     """Return the state as HTML."""
-    return _template().render(
-        state=state,
-        of_child=colours.of_child,
-        harm=colours.HARM,
-        timesteps=EPISODE_TIMESTEPS,
-        soon=SOON,
-        horizon=HORIZON,
-    )
+    known = {"of_child": colours.of_child, "harm": colours.HARM, "soon": SOON, "horizon": HORIZON}
+    return _template().render(known, state=state, timesteps=EPISODE_TIMESTEPS)
 
 
 @functools.cache
