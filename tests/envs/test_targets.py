@@ -177,13 +177,11 @@ def test_the_grid_draws_without_mujoco():
     [
         ({"world": "moon"}, "no world 'moon': there are house, grid"),
         ({"camera": "wrist"}, "must be left out in the grid"),
-        ({"task_kwargs": SHORT}, "must be left out in the grid"),
         ({"render_mode": "human"}, "no render mode 'human', which needs a window: take rgb_array"),
         (
             {"render_mode": "rgb_array", "width": 8},
             "the width of a picture, in pixels, must be an integer from 32 to 1920",
         ),
-        ({"world": "house", "render_mode": "human"}, "no render mode 'human'"),
         ({"observation": "camera"}, "no observation 'camera': there are numbers, flat, map, graph"),
     ],
 )
@@ -192,13 +190,9 @@ def test_bad_input_is_named(options, message):
         make(**options)
 
 
-@pytest.mark.parametrize("world", ["grid", "house"])
-def test_an_unknown_option_is_a_type_error_and_the_house_has_no_batch(world):
+def test_an_unknown_option_is_a_type_error_and_the_house_has_no_batch():
     with pytest.raises(TypeError, match="colour"):
-        make(world, colour="red")
-    with pytest.raises(TypeError, match="colour"):
-        gymnasium.make_vec(TARGETS, 2, colour="red")
-    # The house has no batch.
+        make(colour="red")
     with pytest.raises(CaregiverError, match="vectorization_mode='sync'"):
         gymnasium.make_vec(TARGETS, 2, world="house")
 

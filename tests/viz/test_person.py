@@ -162,9 +162,6 @@ def test_episodes_are_kept_as_a_run_and_can_be_submitted(house, tmp_path, monkey
         (["view", "--out", "run"], "--out requires --caregiver person or driver"),
         (["record", "--format", "lerobot", "--caregiver", "person", "--out", "set"], "requires --answers DIR"),
         (["evaluate", "--caregiver", "none", "person", "--out", "run"], "acts by itself: a person plays"),
-        (["evaluate", "--caregiver", "none", "driver", "--out", "run"], "acts by itself: a driver plays"),
-        (["view", "--caregiver", "driver", "--sight", "walls"], "sight must be all with a driver"),
-        (["record", "--format", "lerobot", "--caregiver", "driver", "--out", "set"], "requires --answers DIR"),
         (["render", "--caregiver", "person", "--out", "film.mp4"], "acts by itself: a person plays"),
     ],
 )
