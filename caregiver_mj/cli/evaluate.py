@@ -153,8 +153,8 @@ def add_paper(command: argparse.ArgumentParser) -> None:
 
 
 def _run_paper(arguments: argparse.Namespace) -> None:
-    plan, caregivers = FloorPlan.load("paper"), ("none", RULE[0])
-    settings = Settings(plan, "grid", caregivers, episodes=arguments.episodes, seed=arguments.seed)
+    plans, caregivers = (FloorPlan.load("paper"),), ("none", RULE[0])
+    settings = Settings(plans, "grid", caregivers, episodes=arguments.episodes, seed=arguments.seed)
     settings.check()
     with parsing.make_executor(arguments) as executor:
         executor.check(settings.code)
