@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import logging
 import os
+import re
 import shlex
 import sys
 from typing import Any
@@ -114,6 +115,14 @@ def number_or_best(text: str) -> int | str:
         return text if text == BEST else int(text)
     except ValueError:
         raise argparse.ArgumentTypeError(f"must be a number or {BEST}, got '{text}'") from None
+
+
+def read_size(text: str, option: str, example: str) -> tuple[int, int]:
+    """Return width and height of an option such as WxH."""
+    match = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text)
+    if match is None:
+        raise CaregiverError(f"{option} must be WxH, such as {example}, got '{text}'")
+    return int(match[1]), int(match[2])
 
 
 def read_house(arguments: argparse.Namespace) -> FloorPlan:

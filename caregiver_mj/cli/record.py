@@ -87,7 +87,7 @@ def _run(arguments: argparse.Namespace) -> None:
     target = pathlib.Path(arguments.out, name) if arguments.format == "minari" else pathlib.Path(arguments.out)
     unfinished = target.parent / f".{target.name}.episodes"
     spec = dataclasses.replace(spec, queries=parsing.read_queries(arguments, unfinished / "exchanges"))
-    recording = Recording(spec, tuple(arguments.camera), _size(arguments.size), answers)
+    recording = Recording(spec, tuple(arguments.camera), parsing.read_size(arguments.size, "--size", "128x96"), answers)
     recording.check()
     check(arguments, recording, name, target)
     robot = spec.embodiment if spec.world == "house" else None
@@ -117,13 +117,6 @@ def _name(spec: EpisodeSpec) -> str:
     world = "grid-" if spec.world == "grid" else ""
     what = f"{world}{spec.task}-{spec.plan.name}-{spec.caregiver}-{spec.family}"
     return f"caregiver_mj/{re.sub(r'[^-_0-9a-zA-Z]', '_', what)}-v0"
-
-
-def _size(text: str) -> tuple[int, int]:
-    match = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text)
-    if match is None:
-        raise CaregiverError(f"--size must be WIDTHxHEIGHT in pixels, such as 128x96, got '{text}'")
-    return int(match[1]), int(match[2])
 
 
 def check(arguments: argparse.Namespace, recording: Recording, name: str, target: pathlib.Path) -> None:

@@ -14,6 +14,7 @@ import shutil
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+import imageio.v2
 import numpy as np
 import pandas as pd
 import pyarrow as pa
@@ -21,7 +22,6 @@ import pyarrow.parquet as pq
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.recording.steps import About, Steps
-from caregiver_mj.recording.video import video_writer
 
 VERSION = "v3.0"
 FILES_IN_CHUNK = 1000
@@ -183,7 +183,9 @@ class CameraVideos:
         if self._writer is None:
             path = self._shard.path(self._root, VIDEO, video_key=self._key)
             # Key frames every 2, and no B-frames, for random access.
-            self._writer = video_writer(path, self._rate, "-g", "2", "-bf", "0")
+            params = ["-preset", "veryfast", "-crf", "20", "-g", "2", "-bf", "0"]
+            options = {"quality": None, "macro_block_size": 2, "ffmpeg_log_level": "error", "output_params": params}
+            self._writer = imageio.v2.get_writer(path, "FFMPEG", fps=self._rate, **options)
         for frame in frames:
             self._writer.append_data(frame)
         first, self._frames = self._frames, self._frames + len(frames)

@@ -13,6 +13,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from typing import Any
 
+import imageio.v2
 import imageio_ffmpeg
 import numpy as np
 from PIL import Image
@@ -22,7 +23,6 @@ from caregiver_mj.errors import CaregiverError, check_kind, check_number
 from caregiver_mj.experiments.runner import run
 from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.policy.own import OwnPolicy
-from caregiver_mj.recording.video import video_writer
 from caregiver_mj.viz import AUTO, OVERLAYS, director, hud, progress_bar
 from caregiver_mj.viz.cameras import Camera, Pose, StillCamera, TileLayer
 from caregiver_mj.viz.colours import GROUND
@@ -40,7 +40,7 @@ _WIDE = 1.5  # least ratio of width to height with room for insets beside the ho
 # whole house with the coarse ones, pixels.
 _FINE, _COARSE, _COARSE_HEIGHT = (22, 8, 2048), (16, 6, 1024), 480
 _OPTIONS = (
-    *("-movflags", "+faststart"),
+    *("-preset", "veryfast", "-crf", "20", "-movflags", "+faststart"),
     # Players would otherwise assume another colour space.
     *("-vf", "scale=out_color_matrix=bt709:out_range=tv"),
     *("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709", "-color_range", "tv"),
@@ -231,8 +231,10 @@ def film_writer(path: pathlib.Path, fps: float) -> Iterator[Callable[[np.ndarray
         CaregiverError: The file cannot be written, or there was no frame.
     """
     unfinished = path.with_name(f".{path.name}.part.mp4")
+    params = [*_OPTIONS, *_LOSSY.get(path.suffix.lower(), ())]
+    options = {"quality": None, "macro_block_size": 2, "ffmpeg_log_level": "error", "output_params": params}
     try:
-        with video_writer(unfinished, fps, *_OPTIONS, *_LOSSY.get(path.suffix.lower(), ())) as writer:
+        with imageio.v2.get_writer(unfinished, "FFMPEG", fps=fps, **options) as writer:
             yield writer.append_data
         if not unfinished.exists():
             raise CaregiverError(f"a film must have at least 1 picture, got none for '{path}'")
