@@ -184,8 +184,15 @@ class CameraVideos:
             path = self._shard.path(self._root, VIDEO, video_key=self._key)
             # Key frames every 2, and no B-frames, for random access.
             params = ["-preset", "veryfast", "-crf", "20", "-g", "2", "-bf", "0"]
-            options = {"quality": None, "macro_block_size": 2, "ffmpeg_log_level": "error", "output_params": params}
-            self._writer = imageio.v2.get_writer(path, "FFMPEG", fps=self._rate, **options)
+            self._writer = imageio.v2.get_writer(
+                path,
+                "FFMPEG",
+                fps=self._rate,
+                quality=None,
+                macro_block_size=2,
+                ffmpeg_log_level="error",
+                output_params=params,
+            )
         for frame in frames:
             self._writer.append_data(frame)
         first, self._frames = self._frames, self._frames + len(frames)

@@ -232,9 +232,17 @@ def film_writer(path: pathlib.Path, fps: float) -> Iterator[Callable[[np.ndarray
     """
     unfinished = path.with_name(f".{path.name}.part.mp4")
     params = [*_OPTIONS, *_LOSSY.get(path.suffix.lower(), ())]
-    options = {"quality": None, "macro_block_size": 2, "ffmpeg_log_level": "error", "output_params": params}
     try:
-        with imageio.v2.get_writer(unfinished, "FFMPEG", fps=fps, **options) as writer:
+        writer: Any = imageio.v2.get_writer(
+            unfinished,
+            "FFMPEG",
+            fps=fps,
+            quality=None,
+            macro_block_size=2,
+            ffmpeg_log_level="error",
+            output_params=params,
+        )
+        with writer:
             yield writer.append_data
         if not unfinished.exists():
             raise CaregiverError(f"a film must have at least 1 picture, got none for '{path}'")
