@@ -27,11 +27,7 @@ _TREADS = 4  # lines of a stairwell
 
 
 class Chart:
-    """The card with the chart of a house.
-
-    Attributes:
-        box: Its place in the frame.
-    """
+    """The card with the chart of a house, in a `box` of the frame."""
 
     def __init__(self, plan: FloorPlan, width: int, height: int, alone: bool = False):
         """Draw the fixed things, for frames of a size in pixels.
@@ -170,10 +166,7 @@ class Chart:
 class GroundPlan:
     """Draws a house `FINE` times larger than shown, and converts places to pixels of that drawing.
 
-    Attributes:
-        plan: The house.
-        cell: Side of a cell as shown, pixels.
-        unit: Side of a cell in the fine drawing, pixels.
+    A `cell` has so many pixels as shown, and `unit` in the fine drawing.
     """
 
     def __init__(self, plan: FloorPlan, cell: int, pad: int):

@@ -126,14 +126,9 @@ def close_pose(
     around: float = _AROUND,
     elevation: float = math.radians(_CLOSE_STEEP),
 ) -> Pose:
-    """Return where a camera is close to all those at some points on the floor, and looks along an azimuth.
+    """Return where a camera is close to all those at some points on the floor (n, 2), and looks along an azimuth.
 
-    Args:
-        points: Metres, (n, 2).
-        aspect: Width of the picture over its height.
-        azimuth: Radians.
-        around: Half of the space of each, metres.
-        elevation: Radians below the horizon.
+    Each has a space of `around` metres to every side. The elevation is below the horizon; angles are in radians.
     """
     axes = Pose((0.0, 0.0, 0.0), 0.0, elevation, azimuth).axes
     box = np.array(np.meshgrid([-around, around], [-around, around], [0.0, _TOP])).reshape(3, -1).T

@@ -36,11 +36,8 @@ def draw(
 ) -> np.ndarray:
     """Draw the display on a copy of a frame, uint8 (height, width, 3).
 
-    Args:
-        frame: The frame.
-        state: The state to show.
-        insets: Smaller views with captions, placed along the right edge from the top; `inset_size` is their best size.
-        beside: Whether the plan is below the insets, instead of in the upper left corner.
+    Insets are smaller views with captions, along the right edge from the top; `inset_size` is their best size. The plan
+    is in the upper left corner, or on request below them.
     """
     height, width = frame.shape[:2]
     drawn, scale, chart = frame.copy(), Scale.of(height), _chart(state.plan, width, height)

@@ -53,13 +53,7 @@ class Server(viser.ViserServer):
 
 
 class WebViewer:
-    """Serves a session to browsers. Everything except the network runs in the thread that calls `run`.
-
-    Attributes:
-        session: The session.
-        server: The server.
-        url: Its address.
-    """
+    """Serves a session to browsers at `url`. Everything except the network runs in the thread that calls `run`."""
 
     def __init__(self, session: Session, host: str = HOST, port: int = PORT, rate: float = RATE, plain: bool = False):
         """Serve a session at an address, with a rate of updates per second; `plain` without shadows, which are slow.
