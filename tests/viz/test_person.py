@@ -14,16 +14,8 @@ from caregiver_mj.viz.viewers.session import Session
 
 window = pytest.importorskip("caregiver_mj.viz.viewers.window")
 
-HOUSE = "########\n#B..S..#\n#......#\n#.C..T.#\n#...B..#\n########"
 PLAYS = ["view", "--caregiver", "person"]
 PAID = ("damage", "interventions", "interventions_done", "toys_reached", "moves_blocked", "timesteps_to_threshold")
-
-
-@pytest.fixture(scope="module")
-def house(tmp_path_factory):
-    path = tmp_path_factory.mktemp("house") / "small.txt"
-    path.write_text(HOUSE)
-    return str(path)
 
 
 def cell_of_robot(session):
