@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import functools
 import logging
 import os
 import re
@@ -44,6 +45,7 @@ def add(command: argparse._ActionsContainer, *names: str, **changed: Any) -> Non
         command.add_argument(name, **known[name] | changed)
 
 
+@functools.cache
 def _options() -> dict[str, dict[str, Any]]:
     """Return the keywords of `add_argument` for every option."""
 
