@@ -22,8 +22,7 @@ from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.experiments.statistics import Sample, pairs
 from caregiver_mj.experiments.two_level import of_difference, of_ratio
 from caregiver_mj.viz import colours
-from caregiver_mj.viz.figures import as_bytes
-from caregiver_mj.viz.figures.style import INK, STYLE
+from caregiver_mj.viz.figure_style import INK, STYLE, as_bytes
 
 PPO = "MaskablePPO"  # the mean over its seeds
 _DAMAGE = ["damage"]

@@ -19,7 +19,7 @@ from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.interventions.verb import verb_of
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz import colours
-from caregiver_mj.viz.hud.chart import GroundPlan
+from caregiver_mj.viz.chart import GroundPlan
 
 CELL, PAD, CAPTION = 26, 8, 26  # pixels
 MILLISECONDS = 160  # of a frame; there is one for the child's move and for each action of the caregiver

@@ -15,8 +15,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from caregiver_mj.viz.colours import BIN, unit
-from caregiver_mj.viz.figures import ALONE, GUARDED, Series, damage_left
-from caregiver_mj.viz.figures.style import HEIGHT, INK, STYLE, WIDTH, explain
+from caregiver_mj.viz.figure_style import ALONE, GUARDED, HEIGHT, INK, STYLE, WIDTH, Series, explain
+from caregiver_mj.viz.figures import damage_left
 from study import Rows, read_table
 
 DOCS = pathlib.Path(__file__).parents[1] / "docs"

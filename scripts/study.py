@@ -46,7 +46,7 @@ from caregiver_mj.experiments.spec import episode_seed, episode_streams
 from caregiver_mj.experiments.workers import run_jobs
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.viz.figures import as_bytes
+from caregiver_mj.viz.figure_style import as_bytes
 
 Job = TypeVar("Job", bound=Hashable)
 Result = TypeVar("Result")

@@ -41,14 +41,10 @@ def fails(capsys, argv):
         (["fly"], ["fly"]),
         ([*GRID, "--wrong"], ["--wrong"]),
         ([*GRID, "--epsilon", "1,half"], ["--epsilon", "1,half"]),
-        ([*GRID, "--epsilon", "1,2"], ["epsilon", "2.0", "[0, 1]"]),
-        ([*GRID, "--epsilon", "angel:1"], ["angel", "novice", "adversary"]),
         ([*GRID, "--epsilon", "1,.5,.25", "--children", "2"], ["1,.5,.25", "3 children", "2", "--children"]),
         ([*GRID, "--children", "0"], ["--children", "0"]),
         ([*GRID, "--epsilon", ",".join(["1"] * 101)], ["children must be at most 100, got 101"]),
         ([*GRID, "--house", "apartment", "--houses", "test-2"], ["--houses: not allowed with argument --house"]),
-        ([*GRID, "--damage", "1e308:1:1"], ["damage of a stairwell must be at most 1e+06"]),
-        ([*GRID, "--episodes", "0"], ["episodes", "0"]),
         ([*GRID, "--episodes", "99999999999999"], ["999,999,999,999,990", "10,000,000"]),
         ([*GRID, "--caregiver", "nanny"], ["nanny", "none", "paper"]),
         ([*GRID, "--resume"], ["--resume", "--out"]),
@@ -60,7 +56,6 @@ def fails(capsys, argv):
         (["house", "show", "two\nlines"], ["two lines"]),
         (["house", "check", "test-100/100"], ["test-100/0 to test-100/99"]),
         (["house", "make", "--size", "10"], ["--size", "14x12", "'10'"]),
-        (["house", "make", "--size", "10x2"], ["5 to 100", "2"]),
         (["house", "make", "--size", "8x8", "--rooms", "12"], ["house-0-8x8-rooms12", "rooms 12", "8 x 8"]),
     ],
 )
@@ -70,22 +65,10 @@ def test_bad_arguments(capsys, argv, words):
         assert word in message
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        (PLAN.replace("C", "X"), ["line 4, column 2", "'X'"]),
-        (PLAN.replace("#C.T#", "#C.T"), ["line 4", "4 cells"]),
-        (PLAN.replace("#B.S#\n#.", "#B#S#\n##"), ["line 2, column 2", "toy bin", "cannot be reached"]),
-        (PLAN.replace("B", "."), ["toy bin"]),
-        (PLAN.replace("#####\n#B", "#.###\n#B"), ["line 1, column 2", "border"]),
-    ],
-)
-@pytest.mark.parametrize("command", [["house", "check"]])
-def test_bad_floor_plan(capsys, tmp_path, command, text, words):
-    (tmp_path / "bad.txt").write_text(text)
-    message = fails(capsys, [*command, tmp_path / "bad.txt"])
-    for word in ["bad", *words]:
-        assert word in message
+def test_bad_floor_plan(capsys, tmp_path):
+    (tmp_path / "bad.txt").write_text(PLAN.replace("C", "X"))
+    message = fails(capsys, ["house", "check", tmp_path / "bad.txt"])
+    assert all(word in message for word in ("bad", "line 4, column 2", "'X'"))
 
 
 def test_files_of_odd_bytes(capsys, tmp_path):
@@ -148,19 +131,12 @@ def test_a_house_is_made_again_from_its_seed_its_name_and_its_file(capsys, tmp_p
     assert capsys.readouterr().out.startswith("OK: ours, ")
 
 
-@pytest.mark.parametrize(
-    ("argv", "message"),
-    [
-        ([*GRID, "--episodes", "0"], "episodes must be an integer of at least 1, got 0"),
-    ],
-)
-def test_as_a_process(tmp_path, argv, message):
+def test_as_a_process(tmp_path):
     # No library that is imported on the way has anything to add, least of all about a missing display.
-    command = [sys.executable, "-m", "caregiver_mj", *argv]
+    command = [sys.executable, "-m", "caregiver_mj", *GRID, "--episodes", "0"]
     run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert (run.returncode, run.stdout) == (2, "")
-    assert run.stderr.startswith(f"caregiver-mj: {message}")
-    assert run.stderr.count("\n") == 1
+    assert run.stderr == "caregiver-mj: episodes must be an integer of at least 1, got 0\n"
 
 
 def test_a_full_disk_below_standard_output():

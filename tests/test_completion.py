@@ -5,8 +5,7 @@ import sys
 
 import pytest
 
-from caregiver_mj import cli
-from caregiver_mj.cli import completion
+from caregiver_mj.cli import listing
 
 _LOADED = """
 COMP_WORDS=("$@")
@@ -21,7 +20,7 @@ def bash(tmp_path_factory):
     """What bash offers for the last of some words."""
     folder = tmp_path_factory.mktemp("completion")
     path = folder / "caregiver-mj"
-    path.write_text(completion.script(cli.make_parser(), "bash"))
+    path.write_text(listing.script("bash"))
 
     def offered(*words):
         command = ["bash", "--norc", "-c", f"source {path}\n{_LOADED}", "bash", "caregiver-mj", *words]

@@ -46,7 +46,7 @@ _COMMANDS = {
     "record": ("record", "write episodes as a data set for learning"),
     "house": ("house", "show, check or make a floor plan, or export its scene"),
     "list": ("listing", "print available names: caregivers, children, houses, robots, tasks, sets of houses"),
-    "completion": ("completion", "print a completion script for the shell"),
+    "completion": ("listing", "print a completion script for the shell"),
 }
 
 

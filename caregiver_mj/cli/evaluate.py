@@ -54,33 +54,19 @@ def add_evaluate(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--world", choices=WORLDS, default="house", help="the physical house, or the grid of the paper"
     )
-    parsing.add_houses(command)
-    command.add_argument(
-        "--caregiver",
-        nargs="+",
-        default=["none", parsing.CAREGIVER],
-        metavar="NAME",
-        help=f"{BARE_TABLES}, {parsing.caregivers()}",
-    )
-    command.add_argument(
-        "--epsilon",
-        nargs="+",
-        default=EPSILONS,
-        metavar="E[,E...]",
-        help="share of random moves, one value or more; a list such as 1,.25 is for children in the same house",
-    )
-    parsing.add_children(command)
-    parsing.add_embodiment(command)
-    parsing.add_sight(command)
-    parsing.add_queries(command)
-    command.add_argument(
-        "--episodes", type=int, default=20, metavar="N", help="number of episodes for each caregiver and epsilon"
-    )
-    parsing.add_seed(command)
-    parsing.add_executor(command)
+    parsing.add(command.add_mutually_exclusive_group(), "--house", "--houses")
+    parsing.add(command, "--damage")
+    who, default = f"{BARE_TABLES}, {parsing.caregivers()}", ["none", parsing.CAREGIVER]
+    parsing.add(command, "--caregiver", nargs="+", default=default, help=who)
+    text = "share of random moves, one value or more; a list such as 1,.25 is for children in the same house"
+    parsing.add(command, "--epsilon", nargs="+", default=EPSILONS, help=text)
+    parsing.add(command, *parsing.CHILDREN_OPTIONS, "--embodiment", "--sight", *parsing.QUERIES)
+    text = "number of episodes for each caregiver and epsilon"
+    command.add_argument("--episodes", type=int, default=20, metavar="N", help=text)
+    parsing.add(command, "--seed", *parsing.WORKERS)
     command.add_argument("--out", metavar="DIR", help="folder for the episodes and the table")
     command.add_argument("--resume", action="store_true", help="continue the run in DIR")
-    command.add_argument("--json", action="store_true", help="print the table as JSON only")
+    parsing.add(command, "--json")
 
 
 def _run(arguments: argparse.Namespace) -> None:
@@ -162,39 +148,28 @@ def add_paper(command: argparse.ArgumentParser) -> None:
         "numbers, with 95 % intervals, deviations and their known causes."
     )
     command.add_argument("--episodes", type=int, default=1000, metavar="N", help="number of episodes for each cell")
-    parsing.add_seed(command)
-    parsing.add_executor(command)
-    command.add_argument("--json", action="store_true", help="print the tables as JSON only")
+    parsing.add(command, "--seed", *parsing.WORKERS)
+    parsing.add(command, "--json", help="print the tables as JSON only")
 
 
 def _run_paper(arguments: argparse.Namespace) -> None:
-    settings = Settings(
-        plans=(FloorPlan.load("paper"),),
-        world="grid",
-        caregivers=("none", RULE[0]),
-        episodes=arguments.episodes,
-        seed=arguments.seed,
-    )
+    plans, caregivers = (FloorPlan.load("paper"),), ("none", RULE[0])
+    settings = Settings(plans, "grid", caregivers, episodes=arguments.episodes, seed=arguments.seed)
     settings.check()
     with parsing.make_executor(arguments) as executor:
         executor.check(settings.code)
         result = evaluate_visibly(settings, None, executor, arguments)
 
-    from caregiver_mj.viz.report import Run, published  # takes seconds to import
+    from caregiver_mj.viz.report import Run  # takes seconds to import
     from caregiver_mj.viz.report.page import causes
 
     run = Run(pathlib.Path(), settings.record(), settings, result.episodes, result.maps, result.summary)
-    tables = published.deviations(run)
+    tables = run.deviations()
     console = output(arguments.json)
     for column, (title, digits, legend) in _PAPER_TABLES.items():
+        title = f"{title} ({settings.episodes} episodes each, seed {settings.seed})"
         rows = [_paper_cells(row, digits) for row in tables[column]]
-        print_rows(
-            console,
-            f"{title} ({settings.episodes} episodes each, seed {settings.seed})",
-            f"{legend}; {_PAPER_LEGEND}",
-            rows,
-            sections=True,
-        )
+        print_rows(console, title, f"{legend}; {_PAPER_LEGEND}", rows, sections=True)
     console.print()
     for cause in causes():
         console.print(cause, markup=False, highlight=False)
@@ -206,12 +181,11 @@ def _paper_cells(row: dict[str, Any], digits: int) -> dict[str, str]:
     def number(value: float | None, unbounded: str = "", sign: str = "-") -> str:
         return unbounded if value is None else f"{value:{sign}.{digits}f}"
 
-    interval = f"{number(row['low'], '-inf')} to {number(row['high'], 'inf')}"
     return {
         "epsilon": row["epsilon"],
         "quantity": row["quantity"],
         "here": number(row["here"]),
-        "95 % interval": interval,
+        "95 % interval": f"{number(row['low'], '-inf')} to {number(row['high'], 'inf')}",
         "paper": number(row["paper"]),
         "deviation": number(row["deviation"], sign="+"),
     }

@@ -47,7 +47,7 @@ def add_house(house: argparse.ArgumentParser) -> None:
     text = "make a house and print its floor plan; other options are drawn from the seed"
     command = plans.add_parser("make", help=text, description=text)
     command.set_defaults(run=_make)
-    parsing.add_seed(command)
+    parsing.add(command, "--seed")
     command.add_argument("--shape", metavar="NAME", help=f"house of a special shape: {', '.join(SHAPES)}")
     command.add_argument("--home", action="store_true", help="draw gates, mugs and batteries, too")
     command.add_argument("--size", metavar="WxH", help="columns and rows, outer walls included")
@@ -118,13 +118,7 @@ def _make(arguments: argparse.Namespace) -> None:
         for name in ("home", "size", *_COUNTS):
             if getattr(arguments, name) not in (None, False):
                 raise CaregiverError(f"house make: --shape must be without --{name}: a shape has its own")
-    size = None
-    if arguments.size is not None:
-        try:
-            width, height = map(int, arguments.size.split("x"))
-        except ValueError:
-            raise CaregiverError(f"house make: --size must be WxH, such as 14x12, got '{arguments.size}'") from None
-        size = width, height
+    size = None if arguments.size is None else parsing.read_size(arguments.size, "house make: --size", "14x12")
     counts = {name: getattr(arguments, name) for name in _COUNTS}
     if arguments.shape is None:
         plan = generate(arguments.seed, size, **counts, home=arguments.home)

@@ -1,10 +1,12 @@
-"""Options shared by several commands."""
+"""Options that several commands have, and what they stand for."""
 
 from __future__ import annotations
 
 import argparse
+import functools
 import logging
 import os
+import re
 import shlex
 import sys
 from typing import Any
@@ -27,68 +29,120 @@ from caregiver_mj.plans.sets import SETS, houses_named
 from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.robot.embodiments import EMBODIMENTS
 
-EXECUTORS = ("local", "dask")
 BEST = "best"  # in the place of an episode's number
 CAREGIVER = RULE[0]  # default of all commands
+# Options that belong together, for `add`.
+CHILDREN_OPTIONS = ("--children", "--child", "--child-speed")  # without --epsilon, for `read_family`
+QUERIES = ("--base-url", "--max-calls", "--max-tokens", "--patience", "--thinking", "--frames")  # for `read_queries`
+WORKERS = ("--jobs", "--executor", "--scheduler")  # for `make_executor`
+WHERE = ("--house", "--damage", "--epsilon", *CHILDREN_OPTIONS)  # house and children, for `read_spec`
 
 
-def _add_house(command: argparse._ActionsContainer) -> None:
-    command.add_argument("--house", default="paper", metavar="NAME|FILE", help=houses())
+def add(command: argparse._ActionsContainer, *names: str, **changed: Any) -> None:
+    """Add options by their names, with some of their keywords changed."""
+    known = _options()
+    for name in names:
+        command.add_argument(name, **known[name] | changed)
 
 
-def _add_damage(command: argparse.ArgumentParser) -> None:
-    command.add_argument(
-        "--damage",
-        default=str(DamageWeights()),
-        metavar="KIND=D,...",
-        help=f"damage of collisions with {', '.join(DamageWeights())}: stairwell=5,mug=5, or 5:4:1 for the first three",
-    )
+@functools.cache
+def _options() -> dict[str, dict[str, Any]]:
+    """Return the keywords of `add_argument` for every option."""
+
+    def of(text: str, **keywords: Any) -> dict[str, Any]:
+        return {"help": text, **keywords}
+
+    yours, until = "or yours as module:object", "of the run and its resumptions, after which they abstain"
+    damage = f"damage of collisions with {', '.join(DamageWeights())}: stairwell=5,mug=5, or 5:4:1 for the first three"
+    sets = f"several houses: {', '.join(SETS)} (see `list sets`), or names and files"
+    several = "number of children: a single epsilon then applies to each, and a list must have K"
+    behaviours = f"behaviour of children without a name in --epsilon: {' '.join(CHILDREN)}, {yours}"
+    thinking = "whether simulated time waits for answers of models and servers (default), or continues"
+    strangers = "also run code that the files name outside the package and installed plug-ins: module:object, servers"
+    queries = Queries()
+    return {
+        "--house": of(houses(), default="paper", metavar="NAME|FILE"),
+        "--houses": of(sets, nargs="+", metavar="SET|NAME"),
+        "--damage": of(damage, default=str(DamageWeights()), metavar="KIND=D,..."),
+        "--epsilon": of(
+            "share of random moves; for several children one each, such as 1,.25", default="0.5", metavar="E[,E...]"
+        ),
+        "--children": of(several, type=int, metavar="K"),
+        "--child": of(behaviours, default=NOVICE, metavar="NAME"),
+        "--child-speed": of(
+            "speed of children: toddlers 0.25 to 0.8 (default: 1.6 km/h)",
+            type=float, default=WALKING_SPEED, metavar="M_PER_S",
+        ),
+        "--caregiver": of(caregivers(), default=CAREGIVER, metavar="NAME"),
+        "--embodiment": of(
+            f"the robot in the house: {', '.join(EMBODIMENTS)}, {yours}", default=DEFAULT, metavar="NAME"
+        ),
+        "--seed": of("seed of all randomness", type=int, default=0),
+        "--episode": of("number of the episode in that run", type=int, default=0, metavar="N"),
+        "--sight": of("what the caregiver sees: all, walls, camera or rooms:N", default="all"),
+        "--base-url": of("address of chat:MODEL; its key is in OPENAI_API_KEY", metavar="URL"),
+        "--max-calls": of(f"requests to models and servers {until}", type=int, metavar="N"),
+        "--max-tokens": of(f"tokens of models {until}", type=int, metavar="N"),
+        "--patience": of(
+            "seconds for an answer of a model or server", type=float, default=queries.patience, metavar="S"
+        ),
+        "--thinking": of(thinking, choices=(WAITS, REAL_TIME), default=queries.thinking),
+        "--frames": of("send images of the house to models and servers, too", action="store_true"),
+        "--jobs": of("number of worker processes (default: 1)", type=int, metavar="N"),
+        "--executor": of(
+            "where jobs run: on this machine, or on a Dask cluster", choices=("local", "dask"), default="local"
+        ),
+        "--scheduler": of("address of the cluster's scheduler, such as tcp://10.0.0.1:8786", metavar="ADDRESS"),
+        "--json": of("print the table as JSON only", action="store_true"),
+        "--answers": of("", metavar="DIR"),
+        "--trust": of(strangers, action="store_true"),
+    }  # fmt: skip
+
+
+def houses() -> str:
+    """Return the valid houses, for help."""
+    generated = "house-SEED, home-SEED, SHAPE-SEED, SET/I (such as test-100/17)"
+    return f"{', '.join(floor_plan.house_names())}, {generated}, or a text file"
+
+
+def caregivers() -> str:
+    """Return the valid caregivers, for help."""
+    names = dict.fromkeys([*CAREGIVERS, *POLICIES])
+    return f"{' '.join(names)}, http://ADDRESS or chat:MODEL, or yours as module:object"
+
+
+def number_or_best(text: str) -> int | str:
+    """Return the value of an --episode that may be `BEST`."""
+    try:
+        return text if text == BEST else int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"must be a number or {BEST}, got '{text}'") from None
+
+
+def read_size(text: str, option: str, example: str) -> tuple[int, int]:
+    """Return width and height of an option such as WxH."""
+    match = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text)
+    if match is None:
+        raise CaregiverError(f"{option} must be WxH, such as {example}, got '{text}'")
+    return int(match[1]), int(match[2])
 
 
 def read_house(arguments: argparse.Namespace) -> FloorPlan:
-    """Return the house of the options of `add_who`, or of --answers."""
+    """Return the house of the options, or of --answers."""
     if isinstance(arguments.house, FloorPlan):
         return arguments.house
     return FloorPlan.load(arguments.house, damage=arguments.damage)
 
 
-def add_houses(command: argparse.ArgumentParser) -> None:
-    """Add the options for houses, for `read_houses`."""
-    either = command.add_mutually_exclusive_group()
-    _add_house(either)
-    either.add_argument(
-        "--houses",
-        nargs="+",
-        metavar="SET|NAME",
-        help=f"several houses: {', '.join(SETS)} (see `list sets`), or names and files",
-    )
-    _add_damage(command)
-
-
 def read_houses(arguments: argparse.Namespace) -> tuple[FloorPlan, ...]:
-    """Return the houses of the options of `add_houses`."""
+    """Return the houses of --house or --houses."""
     if arguments.houses is None:
         return (read_house(arguments),)
     return houses_named(arguments.houses, arguments.damage)
 
 
-def add_who(command: argparse.ArgumentParser, others: str = "") -> None:
-    """Add the options for house, children and caregiver; `others` lists further caregivers in the help."""
-    _add_house(command)
-    _add_damage(command)
-    command.add_argument(
-        "--epsilon",
-        default="0.5",
-        metavar="E[,E...]",
-        help="share of random moves; for several children one each, such as 1,.25",
-    )
-    add_children(command)
-    command.add_argument("--caregiver", default=CAREGIVER, metavar="NAME", help=f"{others}{caregivers()}")
-    add_embodiment(command)
-
-
 def read_spec(arguments: argparse.Namespace, **more: Any) -> EpisodeSpec:
-    """Return the episode of the options of `add_who`, `add_episode` and `add_queries`, with further fields."""
+    """Return the episode of the options, with further fields."""
     plan, house = read_house(arguments), arguments.house
     names = ("seed", "episode", "sight", "task", "child_speed")
     fields = {name: getattr(arguments, name) for name in names if name in arguments}
@@ -103,49 +157,8 @@ def read_spec(arguments: argparse.Namespace, **more: Any) -> EpisodeSpec:
     )
 
 
-def add_episode(command: argparse.ArgumentParser, best: bool = False) -> None:
-    """Add the options for an episode of a run; with `best`, that of `read_rescue` too."""
-    add_seed(command, "seed of the run that the episode belongs to")
-    text = "number of the episode in that run"
-    if best:
-        text += f", or {BEST}: where --caregiver prevented most damage in --answers"
-    kind = _number_or_best if best else int
-    command.add_argument("--episode", type=kind, default=0, metavar="N", help=text)
-    add_sight(command)
-
-
-def _number_or_best(text: str) -> int | str:
-    try:
-        return text if text == BEST else int(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"must be a number or {BEST}, got '{text}'") from None
-
-
-def add_sight(command: argparse.ArgumentParser) -> None:
-    """Add the option for the caregiver's sight."""
-    command.add_argument("--sight", default="all", help="what the caregiver sees: all, walls, camera or rooms:N")
-
-
-def add_queries(command: argparse.ArgumentParser) -> None:
-    """Add the options for remote caregivers, for `read_queries`."""
-    usual, until = Queries(), "of the run and its resumptions, after which they abstain"
-    command.add_argument("--base-url", metavar="URL", help="address of chat:MODEL; its key is in OPENAI_API_KEY")
-    command.add_argument("--max-calls", type=int, metavar="N", help=f"requests to models and servers {until}")
-    command.add_argument("--max-tokens", type=int, metavar="N", help=f"tokens of models {until}")
-    command.add_argument(
-        "--patience", type=float, default=usual.patience, metavar="S", help="seconds for an answer of a model or server"
-    )
-    command.add_argument(
-        "--thinking",
-        choices=(WAITS, REAL_TIME),
-        default=usual.thinking,
-        help="whether simulated time waits for answers of models and servers (default), or continues",
-    )
-    command.add_argument("--frames", action="store_true", help="send images of the house to models and servers, too")
-
-
 def read_queries(arguments: argparse.Namespace, folder: str | os.PathLike[str] = "") -> Queries:
-    """Return the queries of the options of `add_queries`; `folder` is that of their log and budget."""
+    """Return the queries of the options `QUERIES`; `folder` is that of their log and budget."""
     names = ("max_calls", "max_tokens", "patience", "thinking", "frames")
     said = {name: getattr(arguments, name) for name in names}
     queries = Queries(arguments.base_url or "", folder=os.fspath(folder), **said)
@@ -153,43 +166,8 @@ def read_queries(arguments: argparse.Namespace, folder: str | os.PathLike[str] =
     return queries
 
 
-def add_embodiment(command: argparse.ArgumentParser) -> None:
-    """Add the option for the robot."""
-    robots = f"the robot in the house: {', '.join(EMBODIMENTS)}, or yours as module:object"
-    command.add_argument("--embodiment", default=DEFAULT, metavar="NAME", help=robots)
-
-
-def houses() -> str:
-    """Return the valid houses, for help."""
-    generated = "house-SEED, home-SEED, SHAPE-SEED, SET/I (such as test-100/17)"
-    return f"{', '.join(floor_plan.house_names())}, {generated}, or a text file"
-
-
-def caregivers() -> str:
-    """Return the valid caregivers, for help."""
-    return (
-        f"{' '.join(dict.fromkeys([*CAREGIVERS, *POLICIES]))}, http://ADDRESS or chat:MODEL, or yours as module:object"
-    )
-
-
-def add_seed(command: argparse.ArgumentParser, text: str = "seed of all randomness") -> None:
-    """Add the option for the seed, with a help text."""
-    command.add_argument("--seed", type=int, default=0, help=text)
-
-
-def add_executor(command: argparse.ArgumentParser) -> None:
-    """Add the options for workers, for `make_executor`."""
-    command.add_argument("--jobs", type=int, metavar="N", help="number of worker processes (default: 1)")
-    command.add_argument(
-        "--executor", choices=EXECUTORS, default="local", help="where jobs run: on this machine, or on a Dask cluster"
-    )
-    command.add_argument(
-        "--scheduler", metavar="ADDRESS", help="address of the cluster's scheduler, such as tcp://10.0.0.1:8786"
-    )
-
-
 def make_executor(arguments: argparse.Namespace) -> Executor:
-    """Return the executor of the options of `add_executor`.
+    """Return the executor of the options `WORKERS`.
 
     Raises:
         CaregiverError: The options are inconsistent, or the cluster cannot be used.
@@ -210,31 +188,8 @@ def make_executor(arguments: argparse.Namespace) -> Executor:
     return executor
 
 
-def add_children(command: argparse.ArgumentParser) -> None:
-    """Add the options for the children except --epsilon, for `read_family`."""
-    command.add_argument(
-        "--children",
-        type=int,
-        metavar="K",
-        help="number of children: a single epsilon then applies to each, and a list must have K",
-    )
-    command.add_argument(
-        "--child",
-        default=NOVICE,
-        metavar="NAME",
-        help=f"behaviour of children without a name in --epsilon: {' '.join(CHILDREN)}, or yours as module:object",
-    )
-    command.add_argument(
-        "--child-speed",
-        type=float,
-        default=WALKING_SPEED,
-        metavar="M_PER_S",
-        help="speed of children: toddlers 0.25 to 0.8 (default: 1.6 km/h)",
-    )
-
-
 def read_family(epsilon: str, arguments: argparse.Namespace) -> ChildGroup:
-    """Return the children of a value of --epsilon, such as "0.5" or "1,.25", and of the options of `add_children`.
+    """Return the children of a value of --epsilon, such as "0.5" or "1,.25", and of `CHILDREN_OPTIONS`.
 
     Raises:
         CaregiverError: The text is invalid, or its length differs from --children.
@@ -259,21 +214,6 @@ def read_family(epsilon: str, arguments: argparse.Namespace) -> ChildGroup:
             f"--epsilon must be of --children {count}, got {epsilon}, which is of {len(family)} children"
         )
     return family.times(count)
-
-
-def add_answers(command: argparse.ArgumentParser, does: str) -> None:
-    """Add the options for a replay, for `read_answers`; `does` is the verb of the help text."""
-    command.add_argument("--answers", metavar="DIR", help=f"run in the house, to {does} what --caregiver did in it")
-    add_trust(command)
-
-
-def add_trust(command: argparse.ArgumentParser) -> None:
-    """Add the option to run code that a file names."""
-    command.add_argument(
-        "--trust",
-        action="store_true",
-        help="also run code that the files name outside the package and installed plug-ins: module:object, servers",
-    )
 
 
 def read_answers(arguments: argparse.Namespace) -> tuple[str, ...]:

@@ -43,24 +43,22 @@ def add_record(command: argparse.ArgumentParser) -> None:
     command.add_argument("--format", choices=FORMATS, required=True, help="format of the data set")
     command.add_argument("--task", default="supervise", help=f"{', '.join(TASKS)}, or {TARGETS}: interventions only")
     command.add_argument("--world", choices=("house", "grid"), default="house", help="the grid has targets only")
-    parsing.add_who(command, f"who acts: {RANDOM}, ")
-    parsing.add_seed(command)
-    parsing.add_queries(command)
+    parsing.add(command, *parsing.WHERE)
+    parsing.add(command, "--caregiver", help=f"who acts: {RANDOM}, {parsing.caregivers()}")
+    parsing.add(command, "--embodiment", "--seed", *parsing.QUERIES)
     command.add_argument("--episodes", type=int, default=10, metavar="N", help="number of episodes")
-    command.add_argument(
-        "--seconds", type=float, metavar="S", help="greatest length of an episode (default: the task's)"
-    )
-    command.add_argument(
-        "--camera", nargs="+", default=[], metavar="NAME", help=f"cameras to record: {', '.join(CAMERAS)}"
-    )
+    longest = "greatest length of an episode (default: the task's)"
+    command.add_argument("--seconds", type=float, metavar="S", help=longest)
+    cameras = f"cameras to record: {', '.join(CAMERAS)}"
+    command.add_argument("--camera", nargs="+", default=[], metavar="NAME", help=cameras)
     command.add_argument("--size", default="128x96", metavar="WxH", help="size of their images, in pixels")
-    command.add_argument("--jobs", type=int, default=1, metavar="N", help="number of worker processes")
-    command.add_argument(
-        "--out", required=True, metavar="DIR", help="folder of the LeRobot data set, or of all Minari data sets"
-    )
+    parsing.add(command, "--jobs", default=1, help="number of worker processes")
+    folder = "folder of the LeRobot data set, or of all Minari data sets"
+    command.add_argument("--out", required=True, metavar="DIR", help=folder)
     command.add_argument("--name", help="name of a Minari data set, as GROUP/NAME-v0 (default: from the settings)")
     command.add_argument("--resume", action="store_true", help="continue an interrupted recording")
-    parsing.add_answers(command, "record")
+    parsing.add(command, "--answers", help="run in the house, to record what --caregiver did in it")
+    parsing.add(command, "--trust")
 
 
 def _run(arguments: argparse.Namespace) -> None:
@@ -89,7 +87,7 @@ def _run(arguments: argparse.Namespace) -> None:
     target = pathlib.Path(arguments.out, name) if arguments.format == "minari" else pathlib.Path(arguments.out)
     unfinished = target.parent / f".{target.name}.episodes"
     spec = dataclasses.replace(spec, queries=parsing.read_queries(arguments, unfinished / "exchanges"))
-    recording = Recording(spec, tuple(arguments.camera), _size(arguments.size), answers)
+    recording = Recording(spec, tuple(arguments.camera), parsing.read_size(arguments.size, "--size", "128x96"), answers)
     recording.check()
     check(arguments, recording, name, target)
     robot = spec.embodiment if spec.world == "house" else None
@@ -109,8 +107,7 @@ def _run(arguments: argparse.Namespace) -> None:
     folder = RunFolder(unfinished, asked, resume=arguments.resume)
     store = Store(folder.path)
     store.check_none_beyond(arguments.episodes)
-    with store.gone_if_empty():
-        _collect_all(arguments, recording, store, executor)
+    _collect_all(arguments, recording, store, executor)
     write(arguments, recording, store, name, target)
     store.remove()
     print(target)
@@ -120,13 +117,6 @@ def _name(spec: EpisodeSpec) -> str:
     world = "grid-" if spec.world == "grid" else ""
     what = f"{world}{spec.task}-{spec.plan.name}-{spec.caregiver}-{spec.family}"
     return f"caregiver_mj/{re.sub(r'[^-_0-9a-zA-Z]', '_', what)}-v0"
-
-
-def _size(text: str) -> tuple[int, int]:
-    match = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text)
-    if match is None:
-        raise CaregiverError(f"--size must be WIDTHxHEIGHT in pixels, such as 128x96, got '{text}'")
-    return int(match[1]), int(match[2])
 
 
 def check(arguments: argparse.Namespace, recording: Recording, name: str, target: pathlib.Path) -> None:
@@ -164,8 +154,13 @@ def _collect_all(arguments: argparse.Namespace, recording: Recording, store: Sto
             for _ in running:
                 found += 1
                 bar.advance(task)
-    except (KeyboardInterrupt, OSError, WorkerError) as error:
-        if not store.numbers():
+    except BaseException as error:
+        is_empty = not store.numbers()
+        if is_empty:
+            store.remove()  # there is nothing to resume
+        if not isinstance(error, KeyboardInterrupt | OSError | WorkerError):
+            raise
+        if is_empty:
             raise StorageError(f"{str(error) or 'interrupted'}; there is no episode yet") from None
         raise parsing.broken_off(error, found, arguments.episodes, store.path, arguments) from None
 

@@ -32,18 +32,10 @@ if TYPE_CHECKING:
     from caregiver_mj.experiments.submission import Submission
     from caregiver_mj.experiments.workers import Executor
 
-_COMPARED = ("epsilon", "caregiver", "pairs", "first", "second", "difference", "p", "verdict")
 _TITLES = {  # of columns, and short forms
-    "damage": "damage",
-    "normalised": "norm",
-    "left": "left",
-    "score": "score",
-    "timesteps": "steps",
-    "cells": "cells",
-    "toys": "toys",
-    "blocked": "block",
-    "done": "done",
-}
+    "damage": "damage", "normalised": "norm", "left": "left", "score": "score", "timesteps": "steps", "cells": "cells",
+    "toys": "toys", "blocked": "block", "done": "done",
+}  # fmt: skip
 _LEFT_ALIGNED = ("caregiver", "quantity", "verdict", "worst: house")  # columns; others are right-aligned
 _HARM = "harm"  # verdict to print in red
 _LONGEST = 120  # characters of a setting that differs in two runs
@@ -55,16 +47,12 @@ def add_report(command: argparse.ArgumentParser) -> None:
     """Add the options of `report`."""
     command.set_defaults(run=_report)
     command.description = "Write report.html, tables.md and figures/ into DIR."
-    command.add_argument(
-        "folders",
-        nargs="+",
-        metavar="DIR",
-        help="folder of a run; further ones, of other worlds or houses, are shown beside it",
-    )
+    text = "folder of a run; further ones, of other worlds or houses, are shown beside it"
+    command.add_argument("folders", nargs="+", metavar="DIR", help=text)
     film = command.add_mutually_exclusive_group()
     film.add_argument("--video", metavar="FILE.mp4", help="film to show (default: the first in a DIR)")
     film.add_argument("--render", action="store_true", help="film episode 0 of the run in the house: DIR/report.mp4")
-    parsing.add_trust(command)
+    parsing.add(command, "--trust")
 
 
 def add_compare(command: argparse.ArgumentParser) -> None:
@@ -72,24 +60,18 @@ def add_compare(command: argparse.ArgumentParser) -> None:
     command.set_defaults(run=_compare)
     for name in ("first", "second"):
         command.add_argument(name, metavar=name.upper(), help=f"folder of the {name} run")
-    command.add_argument(
-        "--caregiver",
-        nargs="+",
-        default=(),
-        metavar="NAME",
-        help="caregiver in the first run, and in the second if different",
-    )
-    command.add_argument("--json", action="store_true", help="print the table as JSON only")
+    text = "caregiver in the first run, and in the second if different"
+    parsing.add(command, "--caregiver", nargs="+", default=(), help=text)
+    parsing.add(command, "--json")
 
 
 def add_pool(command: argparse.ArgumentParser) -> None:
     """Add the options of `pool`."""
     command.set_defaults(run=_pool)
-    command.add_argument(
-        "folders", nargs="+", metavar="DIR", help="folder of a run; all settings but the seed must be the same"
-    )
+    text = "folder of a run; all settings but the seed must be the same"
+    command.add_argument("folders", nargs="+", metavar="DIR", help=text)
     command.add_argument("--out", required=True, metavar="DIR", help="folder for the episodes and the table")
-    command.add_argument("--json", action="store_true", help="print the table as JSON only")
+    parsing.add(command, "--json")
 
 
 def add_submit(command: argparse.ArgumentParser) -> None:
@@ -106,16 +88,14 @@ def add_verify(command: argparse.ArgumentParser) -> None:
     """Add the options of `verify`."""
     command.set_defaults(run=_verify)
     command.add_argument("files", nargs="+", metavar="FILE.submission", help="file to verify")
-    parsing.add_trust(command)
-    parsing.add_executor(command)
+    parsing.add(command, "--trust", *parsing.WORKERS)
 
 
 def add_leaderboard(command: argparse.ArgumentParser) -> None:
     """Add the options of `leaderboard`."""
     command.set_defaults(run=_leaderboard)
     command.add_argument("folder", metavar="DIR", help="folder with FILE.submission")
-    parsing.add_trust(command)
-    parsing.add_executor(command)
+    parsing.add(command, "--trust", *parsing.WORKERS)
 
 
 def _report(arguments: argparse.Namespace) -> None:
@@ -154,21 +134,20 @@ def print_comparison(found: dict[str, Any], folders: list[str], console: rich.co
 
     first, rows = found["rows"][0], []
     for row in found["rows"]:
-        low, high = (row[f"damage_difference_ci_{end}"] for end in ("low", "high"))
         verdict = row["damage_verdict"]
         if verdict == Verdict.NONE and row.get("damage_equivalence") == Verdict.EQUIVALENT:
             verdict = Verdict.EQUIVALENT.value
-        cells = (
-            row["family"],
-            ", ".join(dict.fromkeys((row["baseline"], row["caregiver"]))),
-            str(row["episodes"]),
-            f"{row['first']:.2f}",
-            f"{row['second']:.2f}",
-            _with_ends(row["damage_difference_mean"], low, high),
-            "" if (p := row["damage_p"]) is None else f"{p:.3f}" if p >= 0.001 else "<.001",
-            verdict,
-        )
-        rows.append(dict(zip(_COMPARED, cells, strict=True)))
+        cells = {
+            "epsilon": row["family"],
+            "caregiver": ", ".join(dict.fromkeys((row["baseline"], row["caregiver"]))),
+            "pairs": str(row["episodes"]),
+            "first": f"{row['first']:.2f}",
+            "second": f"{row['second']:.2f}",
+            "difference": _with_ends(row, "damage_difference", "_mean"),
+            "p": "" if (p := row["damage_p"]) is None else f"{p:.3f}" if p >= 0.001 else "<.001",
+            "verdict": verdict,
+        }
+        rows.append(cells)
     title = f"{first['world']} {_where(first)}: second ({folders[1]}) less first ({folders[0]})"
     legend = (
         "epsilon: share of random moves; pairs: episodes that both have; first, second: mean damage in these; "
@@ -206,9 +185,8 @@ def _submit(arguments: argparse.Namespace) -> None:
 def _verify(arguments: argparse.Namespace) -> None:
     from caregiver_mj.experiments.submission import read_submission
 
-    submissions = [
-        read_submission(path, trust=arguments.trust) for path in arguments.files
-    ]  # read all before verifying, which is slow
+    # All are read before verifying, which is slow.
+    submissions = [read_submission(path, trust=arguments.trust) for path in arguments.files]
     with parsing.make_executor(arguments) as executor:
         for submission in submissions:
             print(f"{visible(str(submission.path))}: verified, episodes: {len(_verified(submission, executor))}")
@@ -306,7 +284,7 @@ def print_harm(summary: dict[str, Any], console: rich.console.Console) -> None:
             "harm in: (house, toddler) pairs, by a one-sided test of paired episodes, with Holm's correction over the "
             "pairs of a caregiver, at 5 %; worst: the pair of the greatest difference, of those with harm if any"
         )
-        print_rows(console, title, caption, rows, keys=1)
+        print_rows(console, title, caption, rows)
     print_verdicts(summary["verdicts"], console)
 
 
@@ -320,9 +298,7 @@ def _harm_cells(row: dict[str, Any]) -> dict[str, str]:
         "epsilon": worst["family"],
         "alone": f"{worst['damage_alone']:.2f}",
         "with": f"{worst['damage_with']:.2f}",
-        "difference": _with_ends(
-            worst["damage_difference"], *(worst[f"damage_difference_ci_{end}"] for end in ("low", "high"))
-        ),
+        "difference": _with_ends(worst, "damage_difference"),
     }
 
 
@@ -345,55 +321,31 @@ def print_verdicts(verdicts: Sequence[dict[str, Any]], console: rich.console.Con
     console.print(table)
 
 
-def _with_ends(value: float, low: float | None, high: float | None) -> str:
+def _with_ends(row: dict[str, Any], key: str, suffix: str = "") -> str:
     """Return a difference with the ends of its interval."""
     from caregiver_mj.experiments.intervals import in_words, signed  # imported where used, like pandas
 
-    return f"{signed(value)} ({in_words(low, high)})"
+    return f"{signed(row[key + suffix])} ({in_words(row[f'{key}_ci_low'], row[f'{key}_ci_high'])})"
 
 
 def print_rows(
-    console: rich.console.Console,
-    title: str,
-    legend: str,
-    rows: list[dict[str, str]],
-    keys: int = 2,
-    sections: bool = False,
+    console: rich.console.Console, title: str, legend: str, rows: list[dict[str, str]], sections: bool = False
 ) -> None:
-    """Print a table with a legend below, without truncating entries.
+    """Print a table with a legend below; where it is too wide, with short titles, and entries in several lines.
 
-    In a narrow console titles are short, and columns that do not fit follow in further tables, beside the first `keys`
-    columns. With sections, a line separates rows with different first entries.
+    With sections, a line separates rows with different first entries.
     """
-    columns, room = [*rows[0]], console.options.update(width=_WIDEST)
-
-    def width(shown: list[str], narrow: bool) -> int:
-        return console.measure(_table(rows, shown, narrow, sections), options=room).maximum
-
-    narrow = width(columns, narrow=False) > console.width
-    parts = [columns[:keys]]
-    for column in columns[keys:]:
-        if len(parts[-1]) > keys and width([*parts[-1], column], narrow) > console.width:
-            parts.append(columns[:keys])
-        parts[-1].append(column)
-    for part in parts:
-        table = _table(rows, part, narrow, sections)
-        table.title = plain(title) if part is parts[0] else None
-        # The terminal may wrap a table whose columns are too wide.
-        console.print(table, width=max(width(part, narrow), console.width))
-        if narrow:  # narrow tables have no blank lines at their edges
-            console.print()
+    room = console.options.update(width=_WIDEST)
+    for narrow in (False, True):
+        table = rich.table.Table(title=plain(title), box=rich.box.SIMPLE_HEAD, padding=(0, 0 if narrow else 1))
+        table.pad_edge = table.show_edge = not narrow
+        for column in rows[0]:
+            heading = _TITLES.get(column, column.removesuffix(" of each")) if narrow else column
+            table.add_column(heading, justify="left" if column in _LEFT_ALIGNED else "right", overflow="fold")
+        for row, following in itertools.zip_longest(map(list, map(dict.values, rows)), rows[1:]):
+            last = sections and following and row[0] != next(iter(following.values()))
+            table.add_row(*map(plain, row), end_section=bool(last))
+        if console.measure(table, options=room).maximum <= console.width:
+            break
+    console.print(table)
     console.print(legend, style="table.caption", markup=False, highlight=False)
-
-
-def _table(rows: list[dict[str, str]], columns: list[str], narrow: bool, sections: bool) -> rich.table.Table:
-    """Return a table of some columns."""
-    table = rich.table.Table(box=rich.box.SIMPLE_HEAD, padding=(0, 0 if narrow else 1))
-    table.pad_edge = table.show_edge = not narrow
-    for column in columns:
-        heading = _TITLES.get(column, column.removesuffix(" of each")) if narrow else column
-        table.add_column(heading, justify="left" if column in _LEFT_ALIGNED else "right", no_wrap=True)
-    for row, following in itertools.zip_longest(rows, rows[1:]):
-        last = sections and following and row[columns[0]] != following[columns[0]]
-        table.add_row(*(plain(row[column]) for column in columns), end_section=bool(last))
-    return table

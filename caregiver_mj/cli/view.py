@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from caregiver_mj.viz.viewers.window import Window
 
 _PLAYERS = " or ".join(PLAYERS)
+_SEED = "seed of the run that the episode belongs to"
 
 
 def add_render(command: argparse.ArgumentParser) -> None:
@@ -42,22 +43,18 @@ def add_render(command: argparse.ArgumentParser) -> None:
         "a finished run, without its caregiver."
     )
     command.add_argument("--task", default="supervise", help=f"the task: {', '.join(TASKS)}")
-    parsing.add_who(command)
-    parsing.add_episode(command, best=True)
-    parsing.add_queries(command)
-    parsing.add_answers(command, "film")
+    parsing.add(command, *parsing.WHERE, "--caregiver", "--embodiment")
+    parsing.add(command, "--seed", help=_SEED)
+    best = f"number of the episode in that run, or {parsing.BEST}: where --caregiver prevented most damage in --answers"
+    parsing.add(command, "--episode", type=parsing.number_or_best, help=best)
+    parsing.add(command, "--sight", *parsing.QUERIES)
+    parsing.add(command, "--answers", help="run in the house, to film what --caregiver did in it")
+    parsing.add(command, "--trust")
     command.add_argument("--seconds", type=float, default=30.0, help="greatest length of the film")
-    command.add_argument(
-        "--overlay",
-        choices=OVERLAYS,
-        help="drawn on the floor: the predicted places of the child, and the hazards to it",
-    )
-    command.add_argument(
-        "--camera",
-        default=AUTO,
-        metavar="NAME",
-        help=f"the large view: {AUTO} (default), the house and a close shot of what happens, or {', '.join(CAMERAS)}",
-    )
+    drawn = "drawn on the floor: the predicted places of the child, and the hazards to it"
+    command.add_argument("--overlay", choices=OVERLAYS, help=drawn)
+    large = f"the large view: {AUTO} (default), the house and a close shot of what happens, or {', '.join(CAMERAS)}"
+    command.add_argument("--camera", default=AUTO, metavar="NAME", help=large)
     command.add_argument("--out", required=True, metavar="FILE", help="film to write: .mp4, .gif or .webp")
     command.add_argument("--still", metavar="FILE.png", help="image to write of a telling moment")
 
@@ -69,9 +66,12 @@ def add_view(command: argparse.ArgumentParser) -> None:
         "Show an episode of the run that `evaluate` does with the same seed, children and caregiver: in a window of "
         "MuJoCo's, or in a browser. Ctrl-C ends it."
     )
-    parsing.add_who(command, f"who acts: {_PLAYERS}, who play with the keys that are shown, ")
-    parsing.add_episode(command)
-    parsing.add_queries(command)
+    who = f"who acts: {_PLAYERS}, who play with the keys that are shown, {parsing.caregivers()}"
+    parsing.add(command, *parsing.WHERE)
+    parsing.add(command, "--caregiver", help=who)
+    parsing.add(command, "--embodiment")
+    parsing.add(command, "--seed", help=_SEED)
+    parsing.add(command, "--episode", "--sight", *parsing.QUERIES)
     command.add_argument("--out", metavar="DIR", help=f"folder of a run, to keep the episodes of a {_PLAYERS}")
     command.add_argument("--speed", type=float, default=1.0, help="simulated seconds per second")
     command.add_argument("--paused", action="store_true", help="begin paused")
@@ -79,9 +79,8 @@ def add_view(command: argparse.ArgumentParser) -> None:
     command.add_argument("--host", default="127.0.0.1", metavar="ADDRESS", help="address to serve it at")
     command.add_argument("--port", type=int, default=8080, help="port to serve it at, 0 for any free one")
     command.add_argument("--rate", type=float, default=20.0, metavar="N", help="updates of the page per second")
-    command.add_argument(
-        "--plain", action="store_true", help="no shadows in the browser: faster without a graphics card"
-    )
+    shadows = "no shadows in the browser: faster without a graphics card"
+    command.add_argument("--plain", action="store_true", help=shadows)
 
 
 def _render(arguments: argparse.Namespace) -> None:

@@ -1,4 +1,4 @@
-"""The tasks in the house as Gymnasium environments."""
+"""The tasks in the house as Gymnasium environments, and what `TargetsEnv` runs there."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from typing import Any
 
 import gymnasium
 import numpy as np
-from dm_env import specs
 from gymnasium import spaces
 
-from caregiver_mj.caregivers.target_observation import Observations
+from caregiver_mj.caregivers.instructed import CommandedCaregiver
+from caregiver_mj.caregivers.percept import Percept
+from caregiver_mj.caregivers.target_observation import Encoder, Observations
 from caregiver_mj.children.child_group import ChildrenLike
 from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.envs.spaces import CostMeter, Seed, check_render_mode, episode_seed, plain_seed
@@ -22,7 +23,7 @@ from caregiver_mj.experiments.score import Scorer
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.rendering import control
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.robot.embodiment import CommandLayout
+from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.tasks import load
 
 # Regular motion stays well within these bounds; the effects of wild actions are clipped.
@@ -159,22 +160,14 @@ def picture(physics: Physics, width: int, height: int, camera: str) -> dict[str,
 
 
 class _BoundedObservations:
-    """Clips the observations of an environment to finite bounds.
+    """Clips the observations of an environment to finite bounds, in a `space`: a dictionary, or a box if flat.
 
     Positions are clipped one cell outside the house, headings are wrapped to [-pi, pi). A scalar becomes an array of
     one, because learners such as those of Stable-Baselines3 reject scalars.
-
-    Attributes:
-        keys: The space of observations as dictionaries.
-        space: The space of the results, a box if they are flat.
     """
 
     def __init__(self, env: control.Environment, observation: str):
-        """Prepare the spaces; observations are "numbers", by name, or "flat", one array in the order of `keys`.
-
-        Raises:
-            CaregiverError: `observation` is neither.
-        """
+        """Prepare the spaces; observations are "numbers", by name, or "flat", one array in that order."""
         if observation not in ("numbers", "flat"):
             raise CaregiverError(f"no observation '{observation}' of the robot's own actions: there are numbers, flat")
         bounds = _bounds(env)
@@ -231,11 +224,98 @@ def _bounds(env: control.Environment) -> dict[str, Bounds]:
     }
     if task.has_robot:
         action, layout = env.action_spec(), task.embodiment.layout
-        bounds["arm"] = _within(action, layout, "arm", _ARM_SLACK)
-        bounds["fingers"] = _within(action, layout, "gripper", _FINGER_SLACK)
+        for name, which, slack in (("arm", layout.arm, _ARM_SLACK), ("fingers", layout.gripper, _FINGER_SLACK)):
+            bounds[name] = action.minimum[which] - slack, action.maximum[which] + slack
     return bounds
 
 
-def _within(action: specs.BoundedArray, layout: CommandLayout, part: str, slack: float) -> Bounds:
-    which = getattr(layout, part)
-    return action.minimum[which] - slack, action.maximum[which] + slack
+# -- Supervision by targets ----------------------------------------------------------------------------
+
+
+class _Decisions(HouseRollout):
+    """An episode that pauses when a decision is due."""
+
+    due = False
+
+    def decide(self) -> None:
+        self.due = self.policy.see(self.timestep)
+
+    def step(self) -> None:
+        self.advance(self.policy.act())
+
+
+class TargetHouse:
+    """An episode in the house, a batch of one, that runs from decision to decision; see `TargetGrid`.
+
+    A decision is due when all children's moves have become clear, which is also when scripted caregivers decide.
+
+    Attributes:
+        dm_env: The wrapped `dm_env.Environment`.
+        policy: The policy, which executes the targets.
+        diverged: Whether the episode ended because the simulation diverged.
+    """
+
+    def __init__(
+        self,
+        house: str | os.PathLike[str] | FloorPlan,
+        epsilon: ChildrenLike | Sequence[ChildrenLike],
+        task_kwargs: dict[str, Any] | None = None,
+        visuals: bool = False,
+        **options: Any,
+    ):
+        """Prepare the episode; the options are further arguments of `Encoder`."""
+        kwargs = {"random": 0, **(task_kwargs or {})}  # for random tables, as in `HouseEnv`
+        self.dm_env = load("supervise", house, epsilon, task_kwargs=kwargs, visuals=visuals)
+        task = self.dm_env.task
+        self.caregiver = CommandedCaregiver(task.plan)
+        self.policy = CaregiverPolicy(self.dm_env, self.caregiver)
+        self._rollout = _Decisions(self.dm_env, self.policy)
+        self.children = len(task.children)
+        self._scorer = Scorer(task.plan, task.family)
+        timesteps = task.time_limit / task.novice_timestep
+        self.encoder = Encoder(self.caregiver, self.children, timesteps=timesteps, **options)
+
+    def begin(self, seeds: Sequence[int]) -> None:
+        """Begin the episode with a seed, and run to the first decision; until then the robot keeps out of the way."""
+        (seed,) = seeds
+        self.diverged = False
+        self._rollout.begin(seed)
+        self._cost = CostMeter(self.dm_env.task)
+        self.encoder.trace.clear()
+        self._run_on()
+
+    def act(self, actions: np.ndarray) -> None:
+        """Run to the next decision, or to the end."""
+        self.caregiver.targets = self.encoder.slots.targets(actions, 1)
+        self._rollout.due = False
+        self._run_on()
+
+    @property
+    def ended(self) -> bool:
+        """Whether the episode is over."""
+        return self.diverged or self._rollout.over
+
+    def _run_on(self) -> None:
+        try:
+            decides = self._rollout.run_on(until=lambda: self._rollout.due)
+        except DivergenceError:
+            self.diverged = True
+            return
+        if decides:
+            self.encoder.trace.appendleft(self.percept().previous_cell)
+
+    def percept(self) -> Percept:
+        """Return the caregiver's percept."""
+        return self.policy.percept()
+
+    def cost(self) -> dict[str, np.ndarray]:
+        """Return the cost of the last decision, as of `CostMeter`, (1,) each."""
+        return {key: np.array([value]) for key, value in self._cost.read().items()}
+
+    def outcome(self) -> dict[str, Any]:
+        """Return the measures of the episode, by column."""
+        return self.dm_env.task.outcome()
+
+    def scores(self) -> np.ndarray:
+        """Return the score of the episode so far, (1,), see `caregiver_mj.experiments.score`."""
+        return self._scorer(self.dm_env.task.timestep, self.outcome())

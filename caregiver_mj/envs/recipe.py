@@ -11,8 +11,7 @@ import importlib.metadata
 import inspect
 import pathlib
 import sys
-from collections.abc import Callable, Iterator
-from typing import Any
+from typing import IO, Any
 
 import gymnasium
 import numpy as np
@@ -113,7 +112,11 @@ class Recording:
             rate, names = 1 / env.dm_env.control_timestep(), env.dm_env.action_spec().name.split("\t")
         else:
             rate, names = spec.child_speed / spec.plan.cell_size, ["target"]  # one decision per novice timestep
-        text = _TARGET_TASK if spec.task == TARGETS else _purpose(spec.task)
+        text = _TARGET_TASK
+        if spec.task != TARGETS:  # what its module says first
+            text = (inspect.getdoc(sys.modules[TASKS[spec.task].find_kind().__module__]) or spec.task).partition("\n")[
+                0
+            ]
         return About(
             task=text,
             robot=spec.embodiment if spec.world == "house" else "",
@@ -163,22 +166,11 @@ def house_of(env: HouseEnv | TargetsEnv) -> control.Environment:
     return env.world.dm_env if isinstance(env, TargetsEnv) else env.dm_env
 
 
-def _purpose(task: str) -> str:
-    return (inspect.getdoc(sys.modules[TASKS[task].find_kind().__module__]) or task).partition("\n")[0]
-
-
 class EnvRollout(Rollout):
-    """An episode of an environment with an actor.
-
-    Attributes:
-        observation: The last observation.
-        row: Action, reward, cost, damage, strikes and hazard of the last step; None at first.
-        terminated: Whether the episode has terminated.
-        info: Gymnasium's `info` of the last step.
-    """
+    """An episode of an environment with an actor, and Gymnasium's results of its last step."""
 
     observation: Any  # a dictionary
-    row: tuple[Any, ...] | None
+    row: tuple[Any, ...] | None  # action, reward, cost, damage, strikes and hazard of the last step; None at first
 
     def __init__(self, env: HouseEnv | TargetsEnv, actor: Actor):
         self.env, self.actor = env, actor
@@ -207,21 +199,28 @@ def collect(recording: Recording, store: pathlib.Path, number: int) -> None:
     """Run the episode with a number, and store it in the folder of a `Store`."""
     seed = dataclasses.replace(recording.spec, episode=number).own_seed
     rollout = EnvRollout(*prepared(recording, number if recording.answers else 0))
-    observations, rows = list[dict[str, np.ndarray]](), list[tuple[Any, ...]]()
+    observations, rows, cameras = list[dict[str, np.ndarray]](), list[tuple[Any, ...]](), list[tuple[Any, IO[bytes]]]()
 
     def note(rollout: EnvRollout) -> None:
         observations.append(rollout.observation)
         if rollout.row:
             rows.append(rollout.row)
+        for camera, file in cameras:
+            file.write(np.ascontiguousarray(camera.render()).tobytes())
 
+    width, height = recording.size
     with new_episode(store, number) as folder:
-        with _cameras(rollout.env, recording, folder) as look:
-            rollout.observers = [note, look]
+        with contextlib.ExitStack() as files:
+            for name in recording.cameras:
+                camera = house_of(rollout.env).physics.camera(name, width, height)
+                camera.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0  # shadows take four fifths of the time
+                cameras.append((camera, files.enter_context(open(frames_file(folder, name), "wb"))))
+            rollout.observers = [note]
             rollout.begin(seed)
             rollout.notify()
             rollout.run_on()
         actions, rewards, costs, damage, strikes, interventions = map(np.array, zip(*rows, strict=True))
-        shape = len(observations), *recording.size[::-1], 3
+        shape = len(observations), height, width, 3
         Steps(
             number=number,
             seed=seed,
@@ -239,26 +238,6 @@ def collect(recording: Recording, store: pathlib.Path, number: int) -> None:
                 name: np.memmap(frames_file(folder, name), np.uint8, "r", shape=shape) for name in recording.cameras
             },
         ).save(folder)
-
-
-@contextlib.contextmanager
-def _cameras(
-    env: HouseEnv | TargetsEnv, recording: Recording, folder: pathlib.Path
-) -> Iterator[Callable[[Rollout], None]]:
-    """Yield an observer that writes an image of each camera, without shadows, to disk."""
-    width, height = recording.size
-    with contextlib.ExitStack() as files:
-        cameras = []
-        for name in recording.cameras:
-            camera = house_of(env).physics.camera(name, width, height)
-            camera.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0  # shadows take four fifths of the time
-            cameras.append((camera, files.enter_context(open(frames_file(folder, name), "wb"))))
-
-        def look(_: Rollout) -> None:
-            for camera, file in cameras:
-                file.write(np.ascontiguousarray(camera.render()).tobytes())
-
-        yield look
 
 
 # -- Actors ------------------------------------------------------------------------------------------
@@ -316,20 +295,18 @@ class TargetCaregiver(Actor):
         """
         self._world = env.world
         found = find_caregiver(caregiver, queries=queries)
+        wrong = f"caregiver must {{}}, got '{caregiver}'"
         if found is not None and not is_caregiver(found):
-            raise CaregiverError(f"caregiver must choose targets, got '{caregiver}', a policy of the robot's actions")
+            raise CaregiverError(wrong.format("choose targets") + ", a policy of the robot's actions")
         made = make_caregiver(caregiver, env.world.caregiver.plan, seed, queries)
         if made is None:
-            raise CaregiverError(f"caregiver must be one that acts, got '{caregiver}'")
+            raise CaregiverError(wrong.format("be one that acts"))
         if isinstance(made, PrivilegedCaregiver):
-            raise CaregiverError(
-                f"caregiver must choose targets from what it sees, got '{caregiver}', which "
-                "needs privileged information"
-            )
+            what = "choose targets from what it sees"
+            raise CaregiverError(wrong.format(what) + ", which needs privileged information")
         if more := _beside_targets(made):
-            raise CaregiverError(
-                f"caregiver must do no more than choose targets, got '{caregiver}', which has its own {', '.join(more)}"
-            )
+            what = "do no more than choose targets"
+            raise CaregiverError(f"{wrong.format(what)}, which has its own {', '.join(more)}")
         made.pace = env.world.caregiver.pace
         self._caregiver = made
 

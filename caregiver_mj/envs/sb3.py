@@ -7,6 +7,8 @@ from typing import Any
 
 import gymnasium
 import numpy as np
+from gymnasium.vector.utils import iterate
+from gymnasium.wrappers.vector import DictInfoToList
 
 from caregiver_mj.errors import CaregiverError, MissingExtraError
 
@@ -43,39 +45,38 @@ class BatchVecEnv(VecEnv):
         mode = env.metadata.get("autoreset_mode")
         if mode is not gymnasium.vector.AutoresetMode.NEXT_STEP:
             raise CaregiverError(f"autoreset_mode of the vector environment must be NEXT_STEP, got {mode}")
-        self.env = env
-        self._masks: np.ndarray | None = None
+        self.env, self._listed = env, DictInfoToList(env)
+        self._infos: list[dict[str, Any]] = []  # of the last observations
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
 
     def reset(self) -> Any:
         seed, _ = self._seeds[0], self._reset_seeds()
-        observations, info = self.env.reset(seed=seed)
-        self._masks, self.reset_infos = info.get("action_mask"), each(info, self.num_envs)
+        observations, self.reset_infos = self._listed.reset(seed=seed)
+        self._infos = self.reset_infos
         return observations
 
     def step_async(self, actions: np.ndarray) -> None:
         self._actions = actions
 
     def step_wait(self) -> tuple[Any, np.ndarray, np.ndarray, list[dict[str, Any]]]:
-        observations, rewards, terminated, truncated, info = self.env.step(self._actions)
-        ended, infos = terminated | truncated, each(info, self.num_envs)
+        observations, rewards, terminated, truncated, infos = self._listed.step(self._actions)
+        ended, self._infos = terminated | truncated, infos
         if ended.any():
             if not ended.all():
                 raise CaregiverError("episodes of the batch must end together, got some that go on")
-            last = each_observation(observations, self.num_envs)
-            for one, seen, over in zip(infos, last, (truncated & ~terminated).tolist(), strict=True):
-                one |= {"terminal_observation": seen, "TimeLimit.truncated": over}
-            observations, info = self.env.reset()
-            self.reset_infos = each(info, self.num_envs)
-        self._masks = info.get("action_mask")
+            last = iterate(self.env.observation_space, observations)
+            for info, seen, over in zip(infos, last, (truncated & ~terminated).tolist(), strict=True):
+                info |= {"terminal_observation": seen, "TimeLimit.truncated": over}
+            observations, self.reset_infos = self._listed.reset()
+            self._infos = self.reset_infos
         return observations, rewards.astype(np.float32), ended, infos
 
     def env_method(self, method_name: str, *args: Any, indices: Any = None, **kwargs: Any) -> list[Any]:
         if method_name != "action_masks":
             raise AttributeError(f"a batch of episodes has no method '{method_name}': it has action_masks")
-        if self._masks is None:
+        if not self._infos or "action_mask" not in self._infos[0]:
             raise gymnasium.error.ResetNeeded("call reset() first, of a batch with masks")
-        return list(self._masks.astype(bool)[list(self._get_indices(indices))])
+        return [self._infos[i]["action_mask"].astype(bool) for i in self._get_indices(indices)]
 
     def has_attr(self, attr_name: str) -> bool:
         return attr_name == "action_masks" or hasattr(self.env, attr_name)
@@ -95,22 +96,3 @@ class BatchVecEnv(VecEnv):
 
     def close(self) -> None:
         self.env.close()
-
-
-def each(info: dict[str, Any], count: int) -> list[dict[str, Any]]:
-    """Split a vector environment's `info`, whose masks begin with `_`, into one for each of `count` environments."""
-    found: list[dict[str, Any]] = [{} for _ in range(count)]
-    for key, values in info.items():
-        if key.startswith("_") and key[1:] in info:
-            continue
-        parts = each(values, count) if isinstance(values, dict) else list(values)
-        for i in np.flatnonzero(info.get(f"_{key}", np.ones(count, bool))).tolist():
-            found[i][key] = parts[i]
-    return found
-
-
-def each_observation(observations: Any, count: int) -> list[Any]:
-    """Split observations, an array or a dictionary, into one for each of `count` environments."""
-    if not isinstance(observations, dict):
-        return list(observations)
-    return [{key: values[i] for key, values in observations.items()} for i in range(count)]

@@ -136,12 +136,10 @@ def make_targets(
             )
         grid = TargetGrid(house, epsilon, **options)
         return TargetsEnv(grid, grid.painter(width, height) if render_mode else None)
-    from caregiver_mj.envs.target_house import TargetHouse  # imports MuJoCo, which the grid does not need
+    from caregiver_mj.envs.house import TargetHouse, picture  # imports MuJoCo, which the grid does not need
 
     made = TargetHouse(house, epsilon, task_kwargs, render_mode is not None, **options)
     if render_mode is None:
         return TargetsEnv(made)
-    from caregiver_mj.envs.house import picture
-
     physics = made.dm_env.physics
     return TargetsEnv(made, functools.partial(physics.render, **picture(physics, width, height, camera)))

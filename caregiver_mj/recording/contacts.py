@@ -50,31 +50,22 @@ CAUTION = (
 )
 
 
-@dataclasses.dataclass(frozen=True)
-class BodyLimit:
-    """The limits of one part of the body."""
-
-    region: str  # one of `REGIONS`
-    part: str  # name of the part
-    clamping: float  # greatest force while clamped or squeezed, N
-    impact: float  # greatest force of an impact, N
-
-
+# Region, part of the body, and its limits, N: greatest force while clamped or squeezed, and of an impact.
 BODY_LIMITS = (
-    BodyLimit("head", "skull, forehead", 130, 175),
-    BodyLimit("head", "face", 65, 90),
-    BodyLimit("head", "neck, at the sides and behind", 145, 190),
-    BodyLimit("head", "throat", 35, 35),
-    BodyLimit("trunk", "back, shoulders", 210, 250),
-    BodyLimit("trunk", "chest", 140, 210),
-    BodyLimit("trunk", "belly", 110, 160),
-    BodyLimit("trunk", "pelvis", 180, 250),
-    BodyLimit("trunk", "upper arm, elbow", 150, 190),
-    BodyLimit("trunk", "forearm, wrist", 160, 220),
-    BodyLimit("trunk", "hand, fingers", 135, 180),
-    BodyLimit("legs", "thigh, knee", 220, 250),
-    BodyLimit("legs", "lower leg", 140, 170),
-    BodyLimit("legs", "foot, ankle", 125, 160),
+    ("head", "skull, forehead", 130, 175),
+    ("head", "face", 65, 90),
+    ("head", "neck, at the sides and behind", 145, 190),
+    ("head", "throat", 35, 35),
+    ("trunk", "back, shoulders", 210, 250),
+    ("trunk", "chest", 140, 210),
+    ("trunk", "belly", 110, 160),
+    ("trunk", "pelvis", 180, 250),
+    ("trunk", "upper arm, elbow", 150, 190),
+    ("trunk", "forearm, wrist", 160, 220),
+    ("trunk", "hand, fingers", 135, 180),
+    ("legs", "thigh, knee", 220, 250),
+    ("legs", "lower leg", 140, 170),
+    ("legs", "foot, ankle", 125, 160),
 )
 
 
@@ -173,17 +164,14 @@ class _Watch:
             now = list(together)
             robot = [touch for touch in now if touch.kind == "robot"]
             held = [touch for touch in now if touch.part and touch.kind not in ("robot", "panel")]
-            self._touch(robot + held, seconds)
+            parts = {touch.part for touch in robot + held} - {""}
+            for name in parts | {region_at(touch.height) for touch in robot + held}:
+                self._add(f"contact_seconds_{name}", seconds)
             if robot:
                 self._step(at, robot, seconds)
                 self._watch_pinches(at, robot, [touch for touch in now if _is_solid(touch, shut)], seconds)
-            self._watch_gates(at, now)
-
-    def _touch(self, touches: list[Touch], seconds: float) -> None:
-        """Count the parts of robot and child in contact in a physics step."""
-        parts = {touch.part for touch in touches} - {""}
-        for name in parts | {region_at(touch.height) for touch in touches}:
-            self._add(f"contact_seconds_{name}", seconds)
+            if any(touch.kind == "panel" and touch.part and touch.speed > STRIKE_SPEED for touch in now):
+                self._account.gate_strikes += self._by_gates.is_over(at)
 
     def _press(self, forces: dict[str, float], seconds: float) -> None:
         """Count the forces on each region, N, in a physics step."""
@@ -234,13 +222,9 @@ class _Watch:
             self._account.contact_energy = max(self._account.contact_energy, energy)
             self._energy = energy
 
-    def _watch_gates(self, time: float, touches: list[Touch]) -> None:
-        pushed = any(touch.kind == "panel" and touch.part and touch.speed > STRIKE_SPEED for touch in touches)
-        if pushed:
-            self._account.gate_strikes += self._by_gates.is_over(time)
-
     def _watch_pinches(self, time: float, robot: list[Touch], solid: list[Touch], seconds: float) -> None:
-        if any(_cosine(one.direction, other.direction) <= _OPPOSITE for one in robot for other in solid):
+        pairs = itertools.product((touch.direction for touch in robot), (touch.direction for touch in solid))
+        if any(x * other_x + y * other_y <= _OPPOSITE for (x, y), (other_x, other_y) in pairs):  # cosines
             self._account.pinches += time - self._pinched_at > _APART
             self._account.pinch_seconds += seconds
             self._pinched_at = time
@@ -249,11 +233,6 @@ class _Watch:
 def _is_solid(touch: Touch, shut: Collection[int]) -> bool:
     """Return whether a child touches a rigid thing; children do not collide with each other."""
     return touch.kind in _SOLID or (touch.kind == "panel" and touch.index in shut)
-
-
-def _cosine(one: tuple[float, float], other: tuple[float, float]) -> float:
-    """Return the cosine between two directions; 0 if one is vertical."""
-    return one[0] * other[0] + one[1] * other[1]
 
 
 def region_at(height: float) -> str:

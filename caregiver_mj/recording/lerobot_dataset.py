@@ -14,6 +14,7 @@ import shutil
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+import imageio.v2
 import numpy as np
 import pandas as pd
 import pyarrow as pa
@@ -21,7 +22,6 @@ import pyarrow.parquet as pq
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.recording.steps import About, Steps
-from caregiver_mj.recording.video import video_writer
 
 VERSION = "v3.0"
 FILES_IN_CHUNK = 1000
@@ -31,22 +31,12 @@ EPISODES = "meta/episodes/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 DATA = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 VIDEO = "videos/{video_key}/chunk-{chunk_index:03d}/file-{file_index:03d}.mp4"
 IMAGES = "observation.images."  # prefix of a camera's name
-_COUNTERS = {  # required columns
-    "timestamp": "float32",
-    "frame_index": "int64",
-    "episode_index": "int64",
-    "index": "int64",
-    "task_index": "int64",
-}
-_OUTCOMES = {  # of a step
-    "next.reward": "float32",
-    "next.cost": "float32",
-    "next.damage": "float32",
-    "next.strikes": "int64",
-    "next.done": "bool",
-    "next.truncated": "bool",
-    "intervention": "int64",
-}
+# Types of columns: of a step's outcome, and required ones.
+_TYPES = {
+    "next.reward": "float32", "next.cost": "float32", "next.damage": "float32", "next.strikes": "int64",
+    "next.done": "bool", "next.truncated": "bool", "intervention": "int64",
+    "timestamp": "float32", "frame_index": "int64", "episode_index": "int64", "index": "int64", "task_index": "int64",
+}  # fmt: skip
 Stats = dict[str, np.ndarray]  # of one column
 _QUANTILES = {"q01": 0.01, "q10": 0.1, "q50": 0.5, "q90": 0.9, "q99": 0.99}
 _FRAMES = 100  # frames of an episode used for statistics
@@ -59,13 +49,9 @@ def write_lerobot(
     about: About,
     megabytes: tuple[float, float] = (DATA_MEGABYTES, VIDEO_MEGABYTES),
 ) -> None:
-    """Write a data set into a new folder, whole or not at all.
+    """Write a data set of one episode or more into a new folder, whole or not at all.
 
-    Args:
-        folder: The folder, which must not exist.
-        episodes: At least one, all with the same observations; read one after the other.
-        about: Description of the data set.
-        megabytes: Sizes of files of rows and of videos beyond which the next episode begins another file.
+    Where files of rows or of videos have more megabytes, the next episode begins another file.
 
     Raises:
         CaregiverError: The steps per second are not whole, as video requires.
@@ -197,9 +183,18 @@ class CameraVideos:
         if self._writer is None:
             path = self._shard.path(self._root, VIDEO, video_key=self._key)
             # Key frames every 2, and no B-frames, for random access.
-            self._writer = video_writer(path, width, height, self._rate, "-g", "2", "-bf", "0")
+            params = ["-preset", "veryfast", "-crf", "20", "-g", "2", "-bf", "0"]
+            self._writer = imageio.v2.get_writer(
+                path,
+                "FFMPEG",
+                fps=self._rate,
+                quality=None,
+                macro_block_size=2,
+                ffmpeg_log_level="error",
+                output_params=params,
+            )
         for frame in frames:
-            self._writer.send(np.ascontiguousarray(frame))
+            self._writer.append_data(frame)
         first, self._frames = self._frames, self._frames + len(frames)
         name = f"videos/{self._key}"
         return {
@@ -259,17 +254,12 @@ def features(episode: Steps, about: About) -> dict[str, dict[str, Any]]:
             "shape": [height, width, channels],
             "names": ["height", "width", "channels"],
             "info": {
-                "video.height": height,
-                "video.width": width,
-                "video.codec": "h264",
-                "video.pix_fmt": "yuv420p",
-                "video.is_depth_map": False,
-                "video.fps": round(about.rate),
-                "video.channels": channels,
+                "video.height": height, "video.width": width, "video.codec": "h264", "video.pix_fmt": "yuv420p",
+                "video.is_depth_map": False, "video.fps": round(about.rate), "video.channels": channels,
                 "has_audio": False,
             },
-        }
-    for name, kind in {**_OUTCOMES, **_COUNTERS}.items():
+        }  # fmt: skip
+    for name, kind in _TYPES.items():
         described[name] = {"dtype": kind, "shape": [1], "names": None}
     return described
 
@@ -296,8 +286,7 @@ def columns(episode: Steps, first: int, rate: float) -> dict[str, np.ndarray]:
         "index": first + frame,
         "task_index": np.zeros(count),
     }
-    kinds = {"observation.state": "float32", "action": "float32", **_OUTCOMES, **_COUNTERS}
-    return {name: values.astype(kinds[name]) for name, values in found.items()}
+    return {name: values.astype(_TYPES.get(name, "float32")) for name, values in found.items()}
 
 
 def table(values: dict[str, np.ndarray]) -> pa.Table:

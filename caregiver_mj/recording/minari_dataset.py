@@ -46,16 +46,16 @@ def write_minari(
     spaces: tuple[gymnasium.spaces.Dict, gymnasium.Space[Any]],
     spec: Any = None,
 ) -> None:
-    """Write a data set, whole or not at all.
+    """Write a data set into the folder in which Minari looks for them, whole or not at all.
 
     Frames become observations, named after the camera and stored as JPEG, as usual for Minari.
 
     Args:
-        root: Folder in which Minari looks for data sets.
+        root: The folder.
         name: Name of the data set.
-        episodes: At least one, all with the same spaces; read one after the other.
+        episodes: At least one; read one after the other.
         about: Description of the data set.
-        spaces: Of observations without frames, and of actions.
+        spaces: Of observations without frames, and of actions, the same in all episodes.
         spec: The `EnvSpec`, for `recover_environment`.
 
     Raises:
@@ -77,22 +77,14 @@ def write_minari(
             if dataset is not None:
                 dataset.update_dataset_from_buffer(buffer)
                 continue
-            images = {
-                camera: gymnasium.spaces.Box(0, 255, frames.shape[1:], np.uint8)
-                for camera, frames in episode.frames.items()
-            }
+            box, frames = gymnasium.spaces.Box, episode.frames
+            images = {camera: box(0, 255, those.shape[1:], np.uint8) for camera, those in frames.items()}
             observed = gymnasium.spaces.Dict({**spaces[0].spaces, **images}) if images else spaces[0]
             dataset = minari.create_dataset_from_buffers(
-                name,
-                buffer,
-                env=spec,
-                eval_env=spec,
-                algorithm_name=about.policy,
-                observation_space=observed,
-                action_space=spaces[1],
-                description=about.description,
+                name, buffer, env=spec, eval_env=spec, observation_space=observed, action_space=spaces[1],
+                algorithm_name=about.policy, description=about.description,
                 requirements=[f"caregiver_mj=={about.version}"],
-            )
+            )  # fmt: skip
         target = root / name
         target.parent.mkdir(parents=True, exist_ok=True)
         for record in unfinished.rglob("namespace_metadata.json"):

@@ -88,16 +88,6 @@ class Store:
         folders = (file.parent.name for file in self.path.glob(f"*/{_REST}"))
         return [int(name) for name in folders if name.isdigit()]  # unfinished ones have a suffix
 
-    @contextlib.contextmanager
-    def gone_if_empty(self) -> Iterator[None]:
-        """Remove the store if the block fails before there is an episode: there is nothing to resume."""
-        try:
-            yield
-        except BaseException:
-            if not self.numbers():
-                self.remove()
-            raise
-
     def check_none_beyond(self, episodes: int) -> None:
         """Raise CaregiverError if more episodes are stored, because they would be lost."""
         beyond = sum(number >= episodes for number in self.numbers())

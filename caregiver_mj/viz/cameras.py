@@ -45,12 +45,7 @@ class Pose(NamedTuple):
 class Camera:
     """A camera that culls geoms out of view from its scene; OpenGL culls slowly, triangle by triangle.
 
-    Attributes:
-        width: Width of its pictures, pixels.
-        height: Height of its pictures, pixels.
-        view: dm_control's camera.
-        pose: The pose of a free camera; None for one of the model's.
-        geoms: Numbers of the visible geoms, (geoms,).
+    Its `pose` is that of a free camera, or None for one of the model's; `geoms` are the numbers of what is visible.
     """
 
     def __init__(self, physics: Physics, where: str | Pose, width: int, height: int, shadows: bool = False):

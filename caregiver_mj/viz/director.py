@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -34,22 +33,18 @@ _AT_HAND = 0.55  # metres between the fingers and a thing within which the hand 
 _STANDS = 0.08  # m/s, at most
 
 
-class Frame(NamedTuple):
-    """The overview of a house that is as large as it can be, and what that leaves free beside it."""
+def overview(plan: FloorPlan, width: int, height: int) -> tuple[Pose, int]:
+    """Return from where the house is as large as it can be in a picture, and the width of a column right of it, pixels.
 
-    pose: Pose
-    column: int  # pixels to the right of the house
-
-
-def overview(plan: FloorPlan, width: int, height: int) -> Frame:
-    """Return where a camera sees the whole house, with a column beside it, in a picture of a size in pixels."""
+    The size of the picture is in pixels.
+    """
     half_y, half_x = np.array(plan.shape) * plan.cell_size / 2
     corners = np.array(np.meshgrid([-half_x, half_x], [-half_y, half_y], [0, WALL_HEIGHT])).reshape(3, -1).T
     corners = np.append(corners, [(-half_x, half_y, _TALL), (half_x, half_y, _TALL)], axis=0)
     found = [(_fit(corners, width / height, share), share) for share in _COLUMNS]
     nearest = min(pose.distance for pose, _ in found)
     pose, share = next((pose, share) for pose, share in found if pose.distance <= _WORTH * nearest)
-    return Frame(pose, round(share * width))
+    return pose, round(share * width)
 
 
 def _fit(corners: np.ndarray, aspect: float, column: float) -> Pose:
@@ -131,14 +126,9 @@ def close_pose(
     around: float = _AROUND,
     elevation: float = math.radians(_CLOSE_STEEP),
 ) -> Pose:
-    """Return where a camera is close to all those at some points on the floor, and looks along an azimuth.
+    """Return where a camera is close to all those at some points on the floor (n, 2), and looks along an azimuth.
 
-    Args:
-        points: Metres, (n, 2).
-        aspect: Width of the picture over its height.
-        azimuth: Radians.
-        around: Half of the space of each, metres.
-        elevation: Radians below the horizon.
+    Each has a space of `around` metres to every side. The elevation is below the horizon; angles are in radians.
     """
     axes = Pose((0.0, 0.0, 0.0), 0.0, elevation, azimuth).axes
     box = np.array(np.meshgrid([-around, around], [-around, around], [0.0, _TOP])).reshape(3, -1).T

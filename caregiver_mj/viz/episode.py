@@ -13,30 +13,18 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.runner import keep_answers, make_house
 from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.viz import moment
-from caregiver_mj.viz.hud import HudState
-from caregiver_mj.viz.moment import Forecast, Tile
+from caregiver_mj.viz.moment import Forecast, HudState, Tile
 
 _LIFTED = 0.05  # m above its starting height from which a candle counts as in the robot's hand
 
 
 class Episode:
-    """A closed loop that runs up to a requested time.
-
-    Attributes:
-        spec: Its specification; it is the same, step for step, as in an evaluation.
-        env: The environment.
-        policy: The caregiver's policy, or None without a robot.
-        foresees: Whether to show the caregiver's predictions.
-    """
+    """A closed loop that runs up to a requested time; step for step as in an evaluation of its `spec`."""
 
     def __init__(self, spec: EpisodeSpec, foresees: bool = False, answers: str = "", cameras: Sequence[str] = ()):
-        """Begin an episode.
+        """Begin an episode in the house; `foresees` if predictions are to be shown.
 
-        Args:
-            spec: The episode, in the house.
-            foresees: Whether to show the caregiver's predictions.
-            answers: The caregiver's earlier answers, to be replayed in its place; "" for none.
-            cameras: Names of cameras that the house must have.
+        `answers` are the caregiver's earlier ones, to be replayed in its place; the house must have the `cameras`.
 
         Raises:
             CaregiverError: The specification is invalid, the caregiver predicts nothing, or a camera is missing.

@@ -13,6 +13,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from typing import Any
 
+import imageio.v2
 import imageio_ffmpeg
 import numpy as np
 from PIL import Image
@@ -22,7 +23,6 @@ from caregiver_mj.errors import CaregiverError, check_kind, check_number
 from caregiver_mj.experiments.runner import run
 from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.policy.own import OwnPolicy
-from caregiver_mj.recording.video import video_writer
 from caregiver_mj.viz import AUTO, OVERLAYS, director, hud, progress_bar
 from caregiver_mj.viz.cameras import Camera, Pose, StillCamera, TileLayer
 from caregiver_mj.viz.colours import GROUND
@@ -40,7 +40,7 @@ _WIDE = 1.5  # least ratio of width to height with room for insets beside the ho
 # whole house with the coarse ones, pixels.
 _FINE, _COARSE, _COARSE_HEIGHT = (22, 8, 2048), (16, 6, 1024), 480
 _OPTIONS = (
-    *("-movflags", "+faststart"),
+    *("-preset", "veryfast", "-crf", "20", "-movflags", "+faststart"),
     # Players would otherwise assume another colour space.
     *("-vf", "scale=out_color_matrix=bt709:out_range=tv"),
     *("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709", "-color_range", "tv"),
@@ -72,12 +72,7 @@ class Studio:
     """Films an episode."""
 
     def __init__(self, episode: Episode, picture: Picture, trail_length: int):
-        """Set up the cameras.
-
-        Args:
-            episode: The episode, in a house with the picture's camera.
-            picture: Size, frame rate and camera.
-            trail_length: Number of looks at the children in their trails.
+        """Set up the cameras, in a house with the picture's camera; trails have so many looks at the children.
 
         Raises:
             RenderingError: No OpenGL backend works.
@@ -111,16 +106,13 @@ class Studio:
         if self._column:
             inset_size = hud.column_inset_size(width, height, self._column, episode.env.task.plan, episode.foresees)
         self._follow = director.CloseShot(inset_size[0] / inset_size[1], picture.fps, director.screens(physics))
-        beside = self._inset_names(camera) if inset_size[1] >= _LEAST_INSET else []
-        self._insets = {name: Camera(physics, _place(name), *inset_size) for name in beside}
-
-    def _inset_names(self, camera: str) -> list[str]:
-        """Return the cameras of the insets."""
-        if not self._is_wide:
-            return []
-        known = self._episode.env.physics.camera_names()
-        beside = AUTO if camera == AUTO else "follow"
-        return [name for name in (beside, "wrist") if name == AUTO or (name in known and name != camera)]
+        known = {AUTO, *physics.camera_names()} - {"" if camera == AUTO else camera}
+        beside = AUTO if camera == AUTO else "follow", "wrist"
+        has_room = self._is_wide and inset_size[1] >= _LEAST_INSET
+        places = {AUTO: Pose((0.0, 0.0, 0.0), 1.0, 1.0)}  # from where it moves
+        self._insets = {
+            name: Camera(physics, places.get(name, name), *inset_size) for name in beside if has_room and name in known
+        }
 
     def frame(self) -> np.ndarray:
         """Return the frame of the present moment, (height, width, 3)."""
@@ -128,7 +120,9 @@ class Studio:
         if self._tiles:
             self._tiles.lay(self._main, self._episode.tiles())
         state = self._episode.hud_state(self._trail_length)
-        insets = [(self._caption(name), self._insets[name].render()) for name in self._shown(state)]
+        child = "toddler" if len(self._episode.spec.family) == 1 else "child 1"
+        captions = {AUTO: "close up", "follow": child, "wrist": "gripper"}
+        insets = [(captions[name], self._insets[name].render()) for name in self._shown(state)]
         return hud.draw(self._page, state, insets, beside=bool(self._column))
 
     def _shown(self, state: HudState) -> list[str]:
@@ -137,20 +131,8 @@ class Studio:
             return [*self._insets]
         shot = self._insets[AUTO]
         shot.pose = self._follow.follow(state)
-        physics = self._episode.env.physics
-        works = "wrist" in self._insets and director.hand_works(
-            state, physics.pinch_position(), physics.base_velocity()
-        )
-        return ["wrist" if works else AUTO]
-
-    def _caption(self, name: str) -> str:
-        child = "toddler" if len(self._episode.spec.family) == 1 else "child 1"
-        return {AUTO: "close up", "follow": child, "wrist": "gripper"}[name]
-
-
-def _place(camera: str) -> str | Pose:
-    """Return the first place of a camera; the automatic one moves."""
-    return Pose((0.0, 0.0, 0.0), 1.0, 1.0) if camera == AUTO else camera
+        hand, base = self._episode.env.physics.pinch_position, self._episode.env.physics.base_velocity
+        return ["wrist" if "wrist" in self._insets and director.hand_works(state, hand(), base()) else AUTO]
 
 
 def render_episode(
@@ -170,12 +152,11 @@ def render_episode(
 
     Args:
         path: The film, `FILE.mp4`, `FILE.gif` or `FILE.webp`.
-        spec: The episode, as in an evaluation; always in the house, even if its world is the grid.
+        spec: The episode; always in the house, even if its world is the grid.
         seconds: Greatest length of the film.
         start: Seconds of the episode before the film; None for where the caregiver prevents most damage.
         picture: Size, frame rate and camera.
-        overlay: Overlay on the floor, one of `OVERLAYS`: "danger" for the predicted places of the children and the
-            hazards to them; None for nothing.
+        overlay: "danger" for the predicted places of the children and the hazards to them, on the floor; or None.
         still: Image to write of a telling moment, `FILE.png`: a child nearest to a candle in the robot's hand, or else
             the middle of the film.
         quiet: Whether to omit the progress bar.
@@ -198,10 +179,10 @@ def render_episode(
     filmed = Episode(dataclasses.replace(spec, world="house"), overlay == "danger", answers, cameras)
     start = rescue_start(spec, answers, seconds) if start is None else start
     best: tuple[float, np.ndarray | None] = (math.inf, None)
-    fps, size = picture.fps, (picture.width, picture.height)
+    fps = picture.fps
     count = max(1, round(seconds * fps))
     middle = round(min(seconds, filmed.env.task.time_limit - start) * fps) // 2
-    with contextlib.closing(filmed.env), progress_bar(quiet) as bar, film_writer(path, *size, fps) as write:
+    with contextlib.closing(filmed.env), progress_bar(quiet) as bar, film_writer(path, fps) as write:
         taken = bar.add_task("frames", total=count)
         shots = studio(filmed, picture, round(_TRAIL_SECONDS * fps))
         for number in range(count):
@@ -243,34 +224,33 @@ def rescue_start(spec: EpisodeSpec, answers: str, seconds: float) -> float:
 
 
 @contextlib.contextmanager
-def film_writer(path: pathlib.Path, width: int, height: int, fps: float) -> Iterator[Callable[[np.ndarray], None]]:
+def film_writer(path: pathlib.Path, fps: float) -> Iterator[Callable[[np.ndarray], None]]:
     """Yield a function that takes frames, (height, width, 3). The file appears only when the film is complete.
 
     Raises:
         CaregiverError: The file cannot be written, or there was no frame.
     """
     unfinished = path.with_name(f".{path.name}.part.mp4")
-    options = (*_OPTIONS, *_LOSSY.get(path.suffix.lower(), ()))
-    writer = None
-
-    def write(frame: np.ndarray) -> None:
-        nonlocal writer
-        if writer is None:  # not earlier: closing a writer without frames fails
-            writer = video_writer(unfinished, width, height, fps, *options)
-        writer.send(np.ascontiguousarray(frame))
-
+    params = [*_OPTIONS, *_LOSSY.get(path.suffix.lower(), ())]
     try:
-        yield write
-        if writer is None:
+        writer: Any = imageio.v2.get_writer(
+            unfinished,
+            "FFMPEG",
+            fps=fps,
+            quality=None,
+            macro_block_size=2,
+            ffmpeg_log_level="error",
+            output_params=params,
+        )
+        with writer:
+            yield writer.append_data
+        if not unfinished.exists():
             raise CaregiverError(f"a film must have at least 1 picture, got none for '{path}'")
-        writer.close()
         _convert(unfinished, path)
         unfinished.replace(path)
     except OSError as error:
         raise CaregiverError(f"'{path}' cannot be written: {error}") from None
     finally:
-        if writer is not None:
-            writer.close()
         unfinished.unlink(missing_ok=True)
 
 

@@ -95,16 +95,7 @@ def hud_state(
     trails: Sequence[np.ndarray],
     physics: Physics,
 ) -> HudState:
-    """Return the display state of a task.
-
-    Args:
-        task: The task.
-        policy: The caregiver's policy, None without a robot.
-        observation: The last observation.
-        family: The children.
-        trails: Their earlier places, (children, 2) each, oldest first.
-        physics: The simulation.
-    """
+    """Return the display state of a task at its last observation, with earlier places of the children as trails."""
     outcome, assessment = task.outcome(), policy.assessment if policy else None
     positions = child_positions(observation, physics)
     seen = observation.get("toddler_seen", np.ones(len(positions)))

@@ -23,7 +23,7 @@ from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.viz import colours
-from caregiver_mj.viz.figures.style import STYLE
+from caregiver_mj.viz.figure_style import STYLE
 from study import Page, Parser, load_house, run_all, run_in_grid
 
 TODDLERS = ("1", "0.75", "0.5", "0.25", "0.05")

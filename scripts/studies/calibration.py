@@ -34,7 +34,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.viz import colours
-from caregiver_mj.viz.figures.style import INK, MUTED, STYLE, explain, panels
+from caregiver_mj.viz.figure_style import INK, MUTED, STYLE, explain, panels
 from study import Page, Parser, interval, rest, run_all, side, streams
 
 HORIZONS = (1, 5, 15)  # timesteps

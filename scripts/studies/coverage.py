@@ -24,7 +24,7 @@ from caregiver_mj.grid.world import run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.sets import house_set
 from caregiver_mj.viz import colours
-from caregiver_mj.viz.figures.style import INK, STYLE
+from caregiver_mj.viz.figure_style import INK, STYLE
 from study import Page, Parser, load_house, progress
 
 IN_USE = "studentised (in use)"

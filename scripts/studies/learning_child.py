@@ -31,7 +31,7 @@ from caregiver_mj.plans.cell_graph import ACTIONS, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.sets import house_set
 from caregiver_mj.viz import colours
-from caregiver_mj.viz.figures.style import INK, STYLE
+from caregiver_mj.viz.figure_style import INK, STYLE
 from study import Page, Parser, run_all
 
 NONE = "none"

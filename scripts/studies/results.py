@@ -17,7 +17,7 @@ import pandas as pd
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.verdicts import LEVEL
-from caregiver_mj.viz.report.published import PUBLISHED
+from caregiver_mj.viz.report.run import PUBLISHED
 from study import Page, Parser, Rows, markdown_cells, read_table
 
 DOCS = pathlib.Path(__file__).parents[2] / "docs"

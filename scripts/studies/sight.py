@@ -33,7 +33,7 @@ from caregiver_mj.interventions.verb import Interventions
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.sets import houses_named
-from caregiver_mj.viz.figures import style
+from caregiver_mj.viz import figure_style as style
 from study import Page, Parser, damage_sums, read_run, run_all, run_in_grid
 
 FULL, WALLS = "all", "walls"

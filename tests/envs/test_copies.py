@@ -6,29 +6,16 @@ import pickle
 import gymnasium
 import numpy as np
 import pytest
+from small import OTHER, PLAN, TARGETS, same
 
 import caregiver_mj
 from caregiver_mj.envs.houses_vector import GridHousesVector
-from caregiver_mj.plans.floor_plan import FloorPlan
 
-PLAN = FloorPlan.parse("########\n#..C..B#\n#......#\n#.T..BS#\n########", "small")
-OTHER = FloorPlan.parse("########\n#S.C..B#\n#......#\n#.TC.BS#\n########", "other")
-NAME = "caregiver_mj/Supervise-Targets-v0"
-
-gymnasium.register_envs(caregiver_mj)
 MAKERS = {
-    "grid": lambda: gymnasium.make(NAME, house=PLAN, epsilon="1,.25", render_mode="rgb_array"),
+    "grid": lambda: gymnasium.make(TARGETS, house=PLAN, epsilon="1,.25", render_mode="rgb_array"),
     "houses": lambda: GridHousesVector((PLAN, OTHER), 4, observation="map"),
-    "house": lambda: gymnasium.make(NAME, house=PLAN, world="house"),
+    "house": lambda: gymnasium.make(TARGETS, house=PLAN, world="house"),
 }
-
-
-def same(a, b):
-    if isinstance(a, dict):
-        return a.keys() == b.keys() and all(same(a[key], b[key]) for key in a)
-    if isinstance(a, (list, tuple)):
-        return len(a) == len(b) and all(map(same, a, b))
-    return np.array_equal(a, b)
 
 
 def run(env, steps):

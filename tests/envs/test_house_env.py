@@ -4,15 +4,12 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
+from small import PLAN, same
 
 import caregiver_mj
 from caregiver_mj.envs.spaces import STRIKE_COST
-from caregiver_mj.plans.floor_plan import FloorPlan
 
-PLAN = FloorPlan.parse("########\n#..C..B#\n#......#\n#.T..BS#\n########", "small")
 TASKS = ("Supervise", "RelocateCandle", "BlockStairs")
-
-gymnasium.register_envs(caregiver_mj)
 
 
 def make(name="Supervise", **options):
@@ -29,15 +26,6 @@ def run(env, steps, seed=0):
         if found[-1][2] or found[-1][3]:
             break
     return found
-
-
-def same(a, b):
-    """Whether observations, or runs of them, are equal, value for value."""
-    if isinstance(a, (list, tuple)):
-        return len(a) == len(b) and all(map(same, a, b))
-    if isinstance(a, dict):
-        return a.keys() == b.keys() and all(same(a[key], b[key]) for key in a)
-    return np.array_equal(a, b)
 
 
 def complaints(warnings):

@@ -2,16 +2,15 @@
 
 import numpy as np
 import pytest
+from small import OTHER, PLAN
 
 from caregiver_mj.children.child_group import ChildGroup, side_by_side
 from caregiver_mj.envs.houses_vector import GridHousesVector
 from caregiver_mj.envs.target_grid import GridTargetsVector
 from caregiver_mj.plans.floor_plan import FloorPlan
 
-ONE = FloorPlan.parse("########\n#..C..B#\n#......#\n#.T..BS#\n########", "one")
-OTHER = FloorPlan.parse("########\n#S.C..B#\n#......#\n#.TC.BS#\n########", "other")
 THIRD = FloorPlan.parse("######\n#..SB#\n#....#\n######", "third")
-PLANS = (ONE, OTHER, THIRD)
+PLANS = (PLAN, OTHER, THIRD)
 
 
 def anything(random, info):
@@ -23,15 +22,9 @@ def test_it_is_the_houses_side_by_side(observation):
     families = (1.0, 0.25)
     vector = GridHousesVector(PLANS, 8, 2, families, observation=observation)
     observations, info = vector.reset(seed=3)
+    groups, shapes = [*map(ChildGroup.of, families)], {"slots": (2, 2), "shape": (5, 8)}
     alone = [
-        GridTargetsVector(
-            4,
-            house=plan,
-            epsilon=side_by_side(plan, [*map(ChildGroup.of, families)], 2),
-            observation=observation,
-            slots=(2, 2),
-            shape=(5, 8),
-        )
+        GridTargetsVector(4, house=plan, epsilon=side_by_side(plan, groups, 2), observation=observation, **shapes)
         for plan in map(PLANS.__getitem__, vector.now)
     ]
     assert vector.observation_space.contains(observations)

@@ -6,19 +6,13 @@ import types
 import gymnasium
 import numpy as np
 import pytest
+from small import OTHER, PLAN, TARGETS, same
 
-import caregiver_mj
 from caregiver_mj.envs.houses_vector import GridHousesVector
 from caregiver_mj.errors import CaregiverError, MissingExtraError
-from caregiver_mj.plans.floor_plan import FloorPlan
 
-PLAN = FloorPlan.parse("########\n#..C..B#\n#......#\n#.T..BS#\n########", "small")
-OTHER = FloorPlan.parse("########\n#S.C..B#\n#......#\n#.TC.BS#\n########", "other")
-NAME = "caregiver_mj/Supervise-Targets-v0"
-
-gymnasium.register_envs(caregiver_mj)
 MAKERS = {
-    "batch": lambda **options: gymnasium.make_vec(NAME, 4, house=PLAN, **options),
+    "batch": lambda **options: gymnasium.make_vec(TARGETS, 4, house=PLAN, **options),
     "houses": lambda **options: GridHousesVector((PLAN, OTHER), 4, **options),
 }
 
@@ -59,12 +53,6 @@ def adapter(monkeypatch):
 
     yield caregiver_mj.envs.sb3.BatchVecEnv
     monkeypatch.delitem(sys.modules, "caregiver_mj.envs.sb3")
-
-
-def same(a, b):
-    if isinstance(a, dict):
-        return a.keys() == b.keys() and all(same(a[key], b[key]) for key in a)
-    return np.array_equal(a, b)
 
 
 def of(observations, i):
@@ -120,8 +108,8 @@ def test_masks_of_some_and_what_there_is_not(adapter):
 
 def test_bad_input_is_named(adapter):
     with pytest.raises(CaregiverError, match="must be a vector environment"):
-        adapter(gymnasium.make(NAME))
-    once = gymnasium.vector.SyncVectorEnv([lambda: gymnasium.make(NAME)], autoreset_mode="SameStep")
+        adapter(gymnasium.make(TARGETS))
+    once = gymnasium.vector.SyncVectorEnv([lambda: gymnasium.make(TARGETS)], autoreset_mode="SameStep")
     with pytest.raises(CaregiverError, match="must be NEXT_STEP"):
         adapter(once)
 

@@ -3,18 +3,13 @@
 import gymnasium
 import numpy as np
 import pytest
+from small import PLAN, TARGETS
 
 import caregiver_mj
 from caregiver_mj.children.random_stream import RandomStream, random_state
 from caregiver_mj.envs.houses_vector import GridHousesVector
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.grid.world import run_episodes
-from caregiver_mj.plans.floor_plan import FloorPlan
 
-PLAN = FloorPlan.parse("########\n#..C..B#\n#......#\n#.T..BS#\n########", "small")
-TARGETS = "caregiver_mj/Supervise-Targets-v0"
-
-gymnasium.register_envs(caregiver_mj)
 MAKERS = {
     "robot": lambda: gymnasium.make("caregiver_mj/Supervise-v0", house=PLAN),
     "targets": lambda: gymnasium.make(TARGETS, house=PLAN),
@@ -52,14 +47,6 @@ def test_of_load():
     for wrong in (-1, 2**32, 0.5, "3"):
         with pytest.raises(CaregiverError, match="the seed of an episode must be an integer"):
             start(wrong)
-
-
-def test_of_the_grid():
-    wanted = run_episodes(PLAN, 1.0, None, [3, 4]).damage
-    np.testing.assert_array_equal(run_episodes(PLAN, 1.0, None, np.array([3, 4])).damage, wanted)
-    np.testing.assert_array_equal(
-        run_episodes(PLAN, 1.0, None, [np.random.RandomState(3), np.random.RandomState(4)]).damage, wanted
-    )
 
 
 def test_a_generator_shares_its_stream():

@@ -6,13 +6,10 @@ Numbers are written out: those who have learned in a `-v0` must find the same on
 import gymnasium
 import numpy as np
 import pytest
+from small import PLAN, TARGETS
 
-import caregiver_mj
 from caregiver_mj.envs.recipe import house_of
-from caregiver_mj.plans.floor_plan import FloorPlan
 
-PLAN = FloorPlan.parse("########\n#..C..B#\n#......#\n#.T..BS#\n########", "small")
-TARGETS = "caregiver_mj/Supervise-Targets-v0"
 # Seconds of an episode, and of a step.
 HOUSE = {
     "caregiver_mj/Supervise-v0": (336.0, 0.02),
@@ -23,8 +20,6 @@ HOUSE = {
 TIMESTEPS = 200  # of an episode of targets
 ACTIONS = [0] * 30 + [1] * 15 + [2] * 15  # leave all as it is; block the stairwell; relocate the candle
 REWARDS = {14: -5, 15: -5, 17: -5, 18: -5, 19: -5, 40: -1, 42: -4, 58: -1}  # of seed 7, by step; all others are 0
-
-gymnasium.register_envs(caregiver_mj)
 
 
 def test_every_environment_has_its_version_pinned():
@@ -37,13 +32,6 @@ def test_every_environment_has_its_version_pinned():
 def test_horizon_and_timestep_in_the_house(name):
     env = house_of(gymnasium.make(name, **({"world": "house"} if name == TARGETS else {})).unwrapped)
     assert (env.task.time_limit, env.control_timestep()) == pytest.approx(HOUSE[name])
-
-
-def test_horizon_of_targets():
-    env = gymnasium.make(TARGETS, world="grid", house=PLAN)
-    env.reset(seed=0)
-    ends = [env.step(0)[2:4] for _ in range(TIMESTEPS)]
-    assert ends == [(False, False)] * (TIMESTEPS - 1) + [(False, True)]
 
 
 def test_rewards_of_targets():

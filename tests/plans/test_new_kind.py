@@ -46,7 +46,7 @@ from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.envs.target_grid import TargetGrid
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.viz.hud.display import draw_plan
+from caregiver_mj.viz.hud import draw_plan
 from caregiver_mj.viz.moment import grid_state
 
 plan = FloorPlan.parse({PLAN!r}, damage="vase=2.5")

@@ -99,14 +99,8 @@ def test_what_the_caregiver_denies_and_for_how_long():
 def test_children_count_together_and_each():
     two = ledger([0, 5])
     book(two, [[0, 5]], [[1, 5]], [[NONE, STAIRS]], toys=np.array([[True, False]]))
-    book(
-        two,
-        [[1, 5]],
-        [[1, 4]],
-        [[CANDLE, TABLE]],
-        toys=np.array([[True, True]]),
-        blocked=np.array([[FREE_CELL, STAIRWELL]]),
-    )
+    both, blocked = np.array([[True, True]]), np.array([[FREE_CELL, STAIRWELL]])
+    book(two, [[1, 5]], [[1, 4]], [[CANDLE, TABLE]], both, blocked)
     book(two, [[1, 4]], [[0, 1]], [[STAIRS + TABLE, NONE]])
     outcome = two.outcome()
     assert (outcome["damage"], outcome["damage_by_child"]) == (16.0, [10.0, 6.0])

@@ -68,5 +68,5 @@ def _row(key, episode, damage, children, mark):
 
 
 def undrawn(figure, kind):
-    """In the place of `figures.as_bytes`, which takes longest of a report, for tests of its words and numbers."""
+    """In the place of `figure_style.as_bytes`, which takes longest of a report, for tests of its words and numbers."""
     return b""

@@ -11,9 +11,9 @@ from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.house.rendering import engine
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz import director
-from caregiver_mj.viz.cameras import FOVY, Camera
+from caregiver_mj.viz.cameras import FOVY, Camera, StillCamera
 from caregiver_mj.viz.episode import Episode
-from caregiver_mj.viz.hud import ChildState, HudState
+from caregiver_mj.viz.moment import ChildState, HudState
 
 PLAN = FloorPlan.load("paper")
 NOTHING_THERE = np.empty((0, 2, 3))
@@ -120,3 +120,13 @@ def test_what_a_camera_anywhere_leaves_out_is_not_missed(episode):
     physics.model.vis.global_.fovy = fovy
     assert (picture != drawn).any(axis=2).sum() < 20  # rounding at the edges of shapes
     assert picture.std() > 10
+
+
+def test_redrawn_part_equals_the_whole_picture_drawn_anew():
+    episode = Episode(EpisodeSpec("paper", 1.0, "none"))
+    size = {"height": 240, "width": 480}
+    still = StillCamera(episode.env.physics, "overview", **size)
+    for second in range(1, 12):
+        assert episode.run_until(second)
+        picture, whole = still.render(), engine.Camera(episode.env.physics, **size, camera_id="overview").render()
+        assert (picture != whole).any(axis=2).sum() < 20  # rounding at the edges of shapes

@@ -18,24 +18,16 @@ from caregiver_mj.viz import film
 from caregiver_mj.viz.episode import Episode
 from caregiver_mj.viz.film import Picture, render_episode
 
-PLAN = "########\n#B..S..#\n#......#\n#.C..T.#\n#...B..#\n########"
 SEED = 3
 FAMILY = "1,0.25"
 SMALL = Picture(320, 240, 1.0)
 
 
 @pytest.fixture(scope="module")
-def house(tmp_path_factory):
-    path = tmp_path_factory.mktemp("house") / "small.txt"
-    path.write_text(PLAN)
-    return path
-
-
-@pytest.fixture(scope="module")
 def rows(house, tmp_path_factory):
     """Two episodes of two children, with a caregiver that draws lots, in the physical house."""
     out = tmp_path_factory.mktemp("run") / "run"
-    command = ["evaluate", "--world", "house", "--house", str(house), "--caregiver", "random"]
+    command = ["evaluate", "--world", "house", "--house", house, "--caregiver", "random"]
     command += ["--epsilon", FAMILY]
     assert cli.main([*command, "--episodes", "2", "--seed", str(SEED), "--out", str(out)]) == 0
     return pd.read_parquet(out / "episodes.parquet").set_index("episode")
@@ -95,7 +87,7 @@ def test_answers_that_were_kept_are_filmed_in_their_caregivers_place(house, tmp_
 @pytest.mark.slow
 def test_a_film_by_answers_is_of_an_episode_of_their_run(house, tmp_path, monkeypatch, capsys):
     run = tmp_path / "run"
-    made = ["--house", str(house), "--epsilon", "1", "--seed", str(SEED), "--damage", "7:2:1", "--sight", "walls"]
+    made = ["--house", house, "--epsilon", "1", "--seed", str(SEED), "--damage", "7:2:1", "--sight", "walls"]
     assert cli.main(["evaluate", *made, "--caregiver", "nearest", "--episodes", "2", "--out", str(run)]) == 0
     row = pd.read_parquet(run / "episodes.parquet").set_index("episode").loc[1]
     assert row.damage > 0

@@ -13,15 +13,7 @@ from caregiver_mj.viz.episode import Episode
 from caregiver_mj.viz.film import Picture, Studio, render_episode
 from caregiver_mj.viz.moment import LEAST, Forecast, Tile
 
-HOUSE = "########\n#B..S..#\n#......#\n#.C..T.#\n#...B..#\n########"
 FREE = len(PLAN.free_cells)
-
-
-@pytest.fixture(scope="module")
-def house(tmp_path_factory):
-    path = tmp_path_factory.mktemp("house") / "small.txt"
-    path.write_text(HOUSE)
-    return path
 
 
 def forecast(presence=None, harm=(0.0, 0.0, 0.0), goal=(1.0,)):

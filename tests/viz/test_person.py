@@ -14,16 +14,8 @@ from caregiver_mj.viz.viewers.session import Session
 
 window = pytest.importorskip("caregiver_mj.viz.viewers.window")
 
-HOUSE = "########\n#B..S..#\n#......#\n#.C..T.#\n#...B..#\n########"
 PLAYS = ["view", "--caregiver", "person"]
 PAID = ("damage", "interventions", "interventions_done", "toys_reached", "moves_blocked", "timesteps_to_threshold")
-
-
-@pytest.fixture(scope="module")
-def house(tmp_path_factory):
-    path = tmp_path_factory.mktemp("house") / "small.txt"
-    path.write_text(HOUSE)
-    return str(path)
 
 
 def cell_of_robot(session):
@@ -162,9 +154,6 @@ def test_episodes_are_kept_as_a_run_and_can_be_submitted(house, tmp_path, monkey
         (["view", "--out", "run"], "--out requires --caregiver person or driver"),
         (["record", "--format", "lerobot", "--caregiver", "person", "--out", "set"], "requires --answers DIR"),
         (["evaluate", "--caregiver", "none", "person", "--out", "run"], "acts by itself: a person plays"),
-        (["evaluate", "--caregiver", "none", "driver", "--out", "run"], "acts by itself: a driver plays"),
-        (["view", "--caregiver", "driver", "--sight", "walls"], "sight must be all with a driver"),
-        (["record", "--format", "lerobot", "--caregiver", "driver", "--out", "set"], "requires --answers DIR"),
         (["render", "--caregiver", "person", "--out", "film.mp4"], "acts by itself: a person plays"),
     ],
 )

@@ -7,14 +7,16 @@ import sys
 
 import imageio_ffmpeg
 import numpy as np
+import pandas as pd
 import pytest
-from made_runs import undrawn, write_run
+from made_runs import DAMAGE, FAMILIES, PAPER, TINY, undrawn, write_run
 from test_cli import fails
 
 from caregiver_mj import cli
-from caregiver_mj.viz import figures, report
+from caregiver_mj.viz import figure_style, figures, film, report
 from caregiver_mj.viz.report.left import verdicts
-from caregiver_mj.viz.report.published import compares_with
+from caregiver_mj.viz.report.page import make_film
+from caregiver_mj.viz.report.tables import children_table
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +42,7 @@ def page(folder):
 @pytest.fixture
 def words_alone(monkeypatch):
     """Figures are made and not drawn."""
-    monkeypatch.setattr(figures, "as_bytes", undrawn)
+    monkeypatch.setattr(figure_style, "as_bytes", undrawn)
 
 
 def words(page):
@@ -85,7 +87,7 @@ def test_what_caregivers_saw_is_said_and_the_paper_is_not_cited_where_that_is_no
     fast = report.read_run(write_run(tmp_path / "fast", child_speed=0.8))
     assert "--child-speed 0.8" in fast.command()
     assert fast.title == "Grid, children at 0.8 m/s (paper)"
-    assert not compares_with(fast)
+    assert not fast.cited
     assert "published" not in report.write_report([tmp_path / "walls"]).read_text("utf-8")
 
 
@@ -107,6 +109,56 @@ def test_verdicts_at_a_margin(folder):
         "Against guard: less damage with random motion; equivalent, within 10 % with 25 % random "
         "(difference 0.00 [0.00, 0.00], ratio 1.00 [1.00, 1.00])."
     )
+
+
+# -- Several children, and figures -----------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def several(tmp_path_factory):
+    return write_run(tmp_path_factory.mktemp("several"), "house", caregivers=("none", "paper"), families=FAMILIES)
+
+
+def test_each_child_has_a_row_of_its_own(several):
+    table = children_table(report.read_run(several))
+    assert table.columns == ("child", "damage, without", "damage, with", "toys reached, without", "toys reached, with")
+    alone, guarded = (np.mean(DAMAGE[caregiver, "1"]) for caregiver in ("none", "paper"))
+    assert table.rows[:2] == [
+        ("100 % and 50 % random: novice 1, 100 %", f"{0.8 * alone:.1f}", f"{0.8 * guarded:.1f}", "2.0", "2.0"),
+        ("100 % and 50 % random: novice 2, 50 %", f"{0.2 * alone:.1f}", f"{0.2 * guarded:.1f}", "1.0", "1.0"),
+    ]
+    assert len(table.rows) == 4
+
+
+def test_a_run_in_the_house_is_filmed_before_one_in_the_grid(several, tmp_path, monkeypatch):
+    asked = {}
+    monkeypatch.setattr(film, "render_episode", lambda path, spec, **_: asked.update(path=path, spec=spec))
+    grid = report.read_run(write_run(tmp_path / "grid", plan=TINY))
+    make_film([grid, report.read_run(several)], tmp_path)
+    assert asked["spec"].plan == PAPER
+    path, caption = make_film([grid], tmp_path)
+    assert asked["path"] == path == tmp_path / "report.mp4"
+    assert (asked["spec"].plan, str(asked["spec"].family)) == (TINY, "0.25")
+    assert caption == "Episode 0 with the children of the run in the grid, 25 % random, caregiver paper"
+
+
+def test_kinds_are_shares_of_the_damage_without():
+    rows = [("none", "1", 10.0, 5.0, 4.0, 1.0), ("paper", "1", 4.0, 1.0, 0.0, 3.0), ("floor", "1", 2.0, 0.0, 0.0, 2.0)]
+    done = ["damage_mean", *(f"damage_{kind}_mean" for kind in ("stairwell", "candle", "table"))]
+    means = pd.DataFrame(rows, columns=["caregiver", "family", *done]).assign(damage_gate_mean=0.0)
+    (axes,) = figures.kinds(means, {"1": "random"}).axes
+    heights = [patch.get_height() for patch in axes.patches]
+    assert heights == pytest.approx([0.5, 0.4, 0.1, 0.1, 0.0, 0.3])
+    assert [bar.get_y() for bar in axes.patches] == pytest.approx([0, 0.5, 0.9, 0, 0.1, 0.1])
+    assert [text.get_text() for text in axes.texts[:2]] == ["10.0", "4.0"]
+    (floor,) = axes.collections
+    assert floor.get_segments()[0][:, 1] == pytest.approx([0.2, 0.2])
+
+
+def test_survival_is_the_share_not_yet_stopped():
+    episodes = pd.DataFrame({"timesteps_to_threshold": [10, 100, 200, 200], "stopped": [1, 1, 0, 1]})
+    share = figures.going(episodes, np.array([0, 9, 10, 99, 100, 199, 200]))
+    assert share == pytest.approx([1, 1, 0.75, 0.75, 0.5, 0.5, 0.25])  # the third is never stopped
 
 
 # -- Harm --------------------------------------------------------------------------------------------
@@ -140,7 +192,6 @@ def test_page_is_self_contained(page):
 
 def test_refused(tmp_path, capsys):
     assert "holds no run" in fails(capsys, ["report", tmp_path / "nothing"])
-    assert "holds no run" in fails(capsys, ["report", tmp_path])
     begun = write_run(tmp_path / "begun")
     (begun / "summary.json").unlink()
     assert "is not finished" in fails(capsys, ["report", begun])

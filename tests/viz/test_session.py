@@ -81,11 +81,11 @@ def test_it_runs_at_the_speed_that_is_asked_for(clock, speed):
 def test_it_stands_still_while_it_is_paused_and_can_begin_so(clock):
     watched = session(clock)
     let(watched, clock, 1.0)
-    watched.pause()
+    watched.toggle()
     let(watched, clock, 5.0)
     assert watched.episode.seconds == pytest.approx(1.0, abs=STEP)
     clock.now += 60.0
-    watched.play()  # time that passed in between is not made up for
+    watched.toggle()  # time that passed in between is not made up for
     let(watched, clock, 1.0)
     assert watched.episode.seconds == pytest.approx(2.0, abs=STEP)
     # It can begin paused.
@@ -100,9 +100,9 @@ def test_the_end(clock):
     assert watched.over
     assert not watched.playing
     assert watched.episode.seconds == pytest.approx(10 * STEP)
-    watched.play()
+    watched.toggle()
     assert not watched.playing
-    watched.restart()
+    watched.change()
     assert watched.playing
     assert not watched.over
     assert watched.episode.seconds == 0.0

@@ -23,16 +23,8 @@ from caregiver_mj.viz.viewers.session import Session
 viser = pytest.importorskip("viser")
 web = pytest.importorskip("caregiver_mj.viz.viewers.web")
 
-HOUSE = "########\n#B..S..#\n#......#\n#.C..T.#\n#...B..#\n########"
 A_CELL = 50  # pixels, as the page shows one, or more
 PATIENCE = 90  # seconds: without a graphics card a page is drawn once a second, or less on a busy machine
-
-
-@pytest.fixture(scope="module")
-def house(tmp_path_factory):
-    path = tmp_path_factory.mktemp("house") / "small.txt"
-    path.write_text(HOUSE)
-    return str(path)
 
 
 @pytest.fixture
@@ -156,7 +148,7 @@ def colours(browser):
 
 @pytest.fixture(scope="module")
 def viewer(house):
-    spec = EpisodeSpec(FloorPlan.load(house), "1,.25", "none", file=str(house))
+    spec = EpisodeSpec(FloorPlan.load(house), "1,.25", "none", file=house)
     with contextlib.closing(web.WebViewer(Session(spec, playing=False), port=0)) as viewer:
         yield viewer
 

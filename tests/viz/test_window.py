@@ -31,10 +31,8 @@ def display():
         server.terminate()
 
 
-def test_the_window(display, tmp_path):
-    house = tmp_path / "small.txt"
-    house.write_text("########\n#B..S..#\n#......#\n#.C..T.#\n#...B..#\n########")
-    command = [sys.executable, "-m", "caregiver_mj", "view", "--house", str(house), "--caregiver", "none"]
+def test_the_window(display, house):
+    command = [sys.executable, "-m", "caregiver_mj", "view", "--house", house, "--caregiver", "none"]
     environment = os.environ | {"DISPLAY": display}
     with subprocess.Popen(
         command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True

@@ -1,4 +1,4 @@
-"""Damage left by each caregiver, also by kind: in one house, over several, and in runs side by side."""
+"""Damage left by each caregiver, also by kind and by cell: in one house, over several, and in runs side by side."""
 
 from __future__ import annotations
 
@@ -10,22 +10,14 @@ import numpy as np
 import pandas as pd
 
 from caregiver_mj.caregivers.registry import RULE
+from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.experiments.verdicts import MARGINS, Verdict
+from caregiver_mj.recording.record import DAMAGE_THRESHOLD
 from caregiver_mj.viz import figures
-from caregiver_mj.viz.report import published
-from caregiver_mj.viz.report.charts import Picture, left_series
+from caregiver_mj.viz.figure_style import Series
+from caregiver_mj.viz.report import words
 from caregiver_mj.viz.report.run import Run
-from caregiver_mj.viz.report.words import (
-    NONE,
-    Table,
-    family_name,
-    if_bracketed,
-    in_lines,
-    members,
-    number,
-    percent,
-    with_interval,
-)
+from caregiver_mj.viz.report.words import NONE, Picture, Table, family_name, if_bracketed, in_lines, number
 
 _FEW = 4  # from this number of other caregivers on, each has a row of its own
 _MARGIN = f"within {MARGINS['damage']:.0%}".replace("%", " %")
@@ -68,7 +60,7 @@ def left_table(run: Run) -> Table:
 def left_cell(run: Run, caregiver: str, family: str) -> str:
     """Return the share of damage left with its interval, and both amounts of damage."""
     row = run.comparison(caregiver, "none", family)
-    share = with_interval(row, "damage_left", 2, between="\n")
+    share = words.with_interval(row, "damage_left", 2, between="\n")
     if row is None:
         return share
     ours, alone = (number(run.row(name, family)["damage_mean"]) for name in (caregiver, "none"))
@@ -77,7 +69,7 @@ def left_cell(run: Run, caregiver: str, family: str) -> str:
 
 def score_table(run: Run) -> Table | None:
     """Return the score of caregivers by families; None for a run of a version without scores."""
-    if "score" not in run.compared(run.caregiver, "none", run.families[0]):
+    if "score" not in run.against_none(run.caregiver, run.families[0]):
         return None
     rows = [(caregiver, *run.cells(caregiver, "score", 2, against="none")) for caregiver in run.acting]
     note = (
@@ -103,9 +95,8 @@ def wins_table(run: Run) -> Table | None:
         f"Houses in which {run.caregiver} has less damage : houses in which it has more, of {run.houses}; in the rest "
         f"it is the same. Of {run.settings.episodes} episodes a house, so chance has its part in each."
     )
-    return run.table(
-        f"Houses with less and with more damage with {run.caregiver} than with others", "against", rows, note
-    )
+    title = f"Houses with less and with more damage with {run.caregiver} than with others"
+    return run.table(title, "against", rows, note)
 
 
 def _pictures(run: Run) -> list[Picture]:
@@ -159,8 +150,8 @@ def _finding(row: dict[str, Any]) -> str:
 
 
 def _with_numbers(family: str, row: dict[str, Any]) -> str:
-    difference = with_interval(row, "damage_difference_mean", 2, sign="+")
-    return f"{family_name(family)} (difference {difference}, ratio {with_interval(row, 'damage_left', 2)})"
+    difference = words.with_interval(row, "damage_difference_mean", 2, sign="+")
+    return f"{family_name(family)} (difference {difference}, ratio {words.with_interval(row, 'damage_left', 2)})"
 
 
 def side_by_side(runs: Sequence[Run]) -> dict[str, Any] | None:
@@ -168,10 +159,10 @@ def side_by_side(runs: Sequence[Run]) -> dict[str, Any] | None:
     if len(runs) < 2:
         return None
     # Families of all runs, those with most random moves first.
-    shares = {f: np.mean([epsilon for _, epsilon in members(f)]) for run in runs for f in run.families}
+    shares = {f: np.mean([epsilon for _, epsilon in words.members(f)]) for run in runs for f in run.families}
     families = sorted(shares, key=lambda family: (-shares[family], family))
     series = [left_series(run, run.caregiver, run.title, families) for run in runs]
-    cited = series[0].published if all(published.compares_with(run) for run in runs) else None
+    cited = series[0].published if all(run.cited for run in runs) else None
     series = series if cited is not None else [dataclasses.replace(one, published=None) for one in series]
     apart = _apart(runs, [one.mean for one in series])
     columns = [run.title for run in runs]
@@ -183,7 +174,7 @@ def side_by_side(runs: Sequence[Run]) -> dict[str, Any] | None:
         if cited is not None:
             cells.append(NONE if np.isnan(cited[i]) else f"{cited[i]:.2f}")
         if apart is not None:
-            cells.append(percent(apart[i]))
+            cells.append(words.percent(apart[i]))
         rows.append((family_name(family), *cells))
     note = "Share of the damage that is left with the caregiver" + if_bracketed(rows, ", and its 95 % interval")
     note += "; damage of an episode, of that alone."
@@ -205,12 +196,12 @@ def _apart(runs: Sequence[Run], left: Sequence[np.ndarray]) -> np.ndarray | None
 
 def _on_average(families: Sequence[str], apart: np.ndarray) -> str:
     """Return its mean over families that move mostly at random, as a sentence."""
-    random = [min(epsilon for _, epsilon in members(family)) >= _MOSTLY_RANDOM for family in families]
+    random = [min(epsilon for _, epsilon in words.members(family)) >= _MOSTLY_RANDOM for family in families]
     both = np.flatnonzero(np.isfinite(apart) & random).tolist()
     if not both:
         return ""
     who = ", ".join(family_name(families[i]) for i in both)
-    return f" House against grid, on average over {who}: {percent(float(np.mean(apart[both])))}."
+    return f" House against grid, on average over {who}: {words.percent(float(np.mean(apart[both])))}."
 
 
 def kinds(run: Run) -> dict[str, Any]:
@@ -253,3 +244,67 @@ def _share(run: Run, family: str) -> str:
     """Return the share of bare tables in the damage left."""
     row = run.row(run.caregiver, family)
     return f"{number(100 * row['damage_table_mean'] / row['damage_mean'], 0)} %" if row["damage_mean"] else NONE
+
+
+# -- The paper's figures, and maps ------------------------------------------------------------------
+
+
+def charts(run: Run) -> list[Picture]:
+    """Return the paper's figures 2 to 4."""
+    until = f"Timesteps until damage is above {DAMAGE_THRESHOLD:g}"
+    pictures = []
+    for place, column, top, caption in (
+        (2, "damage_normalised", 1.0, "Damage, as a share of the greatest of any episode"),
+        (3, "timesteps_to_threshold", EPISODE_TIMESTEPS, until),
+        (4, "cells_visited", None, "Distinct cells visited until then"),
+    ):
+        quantity = words.UNITS.get(column) or f"normalised {words.TITLES['damage']}"
+        alone, guarded = (_series(run, caregiver, column) for caregiver in ("none", run.caregiver))
+        figure = figures.bars([in_lines(family) for family in run.families], alone, guarded, quantity, top)
+        pictures.append(Picture.of(f"figure_{place}_{run.name}", figure, f"Figure {place}. {caption} — {run.title}"))
+    return pictures
+
+
+def left_series(run: Run, caregiver: str, label: str, families: Sequence[str], of: str = "damage") -> Series:
+    """Return the share of damage, or of toys reached, that a caregiver leaves with each of some families."""
+    rows = [run.comparison(caregiver, "none", family) or {} for family in families]
+    mean, low, high = _numbers(rows, f"{of}_left", ("", "_ci_low", "_ci_high"))
+    alone, guarded = (run.published_series("damage_normalised", families, who) for who in (False, True))
+    cited = guarded / alone
+    return Series(label, mean, low, high, published=cited if of == "damage" else None)
+
+
+def _series(run: Run, caregiver: str, column: str) -> Series:
+    rows = [run.row(caregiver, family) for family in run.families]
+    mean, sd, low, high = _numbers(rows, column, ("_mean", "_sd", "_ci_low", "_ci_high"))
+    guarded = caregiver != "none"
+    label = "with caregiver" if guarded else "no caregiver"
+    return Series(label, mean, low, high, sd, run.published_series(column, run.families, guarded))
+
+
+def _numbers(rows: Sequence[dict[str, Any]], stem: str, ends: tuple[str, ...]) -> list[np.ndarray]:
+    return [np.array([row.get(f"{stem}{end}") for row in rows], float) for end in ends]
+
+
+def maps(run: Run) -> list[Picture]:
+    """Return maps of visits and of damage, without and with the caregiver, each on one scale."""
+    pictures = []
+    for column, quantity, scale, caption in (
+        ("visits", "timesteps an episode", figures.WENT, f"Where {run.nouns['whom']} went"),
+        ("damage", "damage an episode", figures.HURT, f"Where {run.nouns['were']} hurt"),
+    ):
+        cells = {caregiver: mean_map(run, caregiver, column) for caregiver in ("none", run.caregiver)}
+        top = max(float(values.max()) for values in cells.values())
+        for caregiver, values in cells.items():
+            who = "without" if caregiver == "none" else "with"
+            figure = figures.heat_map(run.settings.plan, values, scale, top, quantity)
+            name = f"map_{column}_{who}_{run.name}"
+            pictures.append(Picture.of(name, figure, f"{caption}, {who} the caregiver — {run.title}"))
+    return pictures
+
+
+def mean_map(run: Run, caregiver: str, column: str) -> np.ndarray:
+    """Return the mean of a map's column per episode, over all families, for each free cell."""
+    cells = run.maps[run.maps.caregiver == caregiver].groupby(["row", "column"])[column].sum()
+    values = cells / (run.settings.episodes * len(run.families))
+    return values.loc[list(run.settings.plan.free_cells)].to_numpy()

@@ -11,6 +11,7 @@ from typing import Any
 
 import jinja2
 import numpy as np
+from matplotlib.colors import to_hex
 
 from caregiver_mj.caregivers.registry import CAREGIVERS, PLAYERS, POLICIES, RULE
 from caregiver_mj.children.child_group import ChildGroup
@@ -22,14 +23,11 @@ from caregiver_mj.experiments.statistics import Sample
 from caregiver_mj.outside import MB, markdown, read_file, visible
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.recording.record import DAMAGE_THRESHOLD
-from caregiver_mj.viz import colours, figures
-from caregiver_mj.viz.colours import Colour
-from caregiver_mj.viz.report import published, tables
-from caregiver_mj.viz.report.charts import charts, maps
-from caregiver_mj.viz.report.child import child, published_stop
-from caregiver_mj.viz.report.left import kinds, left, side_by_side
-from caregiver_mj.viz.report.run import Run, read_run
-from caregiver_mj.viz.report.tables import contacts, harm
+from caregiver_mj.viz import colours
+from caregiver_mj.viz.colours import unit
+from caregiver_mj.viz.figure_style import ALONE, GUARDED
+from caregiver_mj.viz.report import left, tables
+from caregiver_mj.viz.report.run import PAPER, Run, read_run
 from caregiver_mj.viz.report.words import SEVERAL, SINGLE, TITLES, family_name, members, number
 
 _FACTS = {
@@ -41,6 +39,7 @@ _DEEDS = ("moves_blocked", "moves_blocked_stairwell", "moves_blocked_free", "int
 FILM_NAME = "report.mp4"  # of a film made for the report
 LARGEST_FILM = 40 * MB  # bytes; the film becomes part of the page
 _SECONDS, _SIZE = 15.0, (960, 540)  # s and pixels of a film made for the report
+_COLOURS = {"ground": colours.GROUND, "alone": ALONE, "guarded": GUARDED, "highlight": colours.TODDLER}
 _TYPICAL = 0.5  # preferred share of random moves of the filmed children
 
 
@@ -51,17 +50,13 @@ def write_report(
     render: bool = False,
     trust: bool = False,
 ) -> pathlib.Path:
-    """Write report.html, tables.md and figures/ into the first of some folders.
+    """Write report.html, tables.md and figures/ into the first of some folders; return the path of the page.
 
     Args:
-        folders: Folders of finished runs, each of another world or house. On the page runs over several houses come
-            first, and house `paper` last.
+        folders: Folders of finished runs, each of another world or house.
         film: The film to show; None for the first in the folders, if there is one.
         render: Whether to film the first episode of a run instead.
         trust: Whether to do so even if the run names code that is not installed, or a server.
-
-    Returns:
-        The path of the page.
 
     Raises:
         CaregiverError: A folder has no finished run, or the film is invalid, or filming requires trust.
@@ -85,13 +80,13 @@ def write_report(
         there = (path for folder in folders for path in sorted(pathlib.Path(folder).glob("*.mp4")))
         films = ((path, path.name) for path in ([pathlib.Path(film)] if film else there))
     on_page = next(({"name": caption, "data": _film_data(path)} for path, caption in films), None)
-    sections, beside = [section(run) for run in runs], side_by_side(runs)
+    sections, beside = [section(run) for run in runs], left.side_by_side(runs)
     several, cited = (any(part[what] for part in sections) for what in ("several", "cited"))
     environment = _environment()
     environment.globals |= {
         "sections": sections,
         "beside": beside,
-        "paper": published.PAPER,
+        "paper": PAPER,
         "nearest_is_the_rule": any(map(nearest_is_the_rule, runs)),
         "harm_is": HOW,
         "cited": cited,
@@ -99,12 +94,7 @@ def write_report(
         "nouns": SEVERAL if several else SINGLE,
         "number": number,
         "film": on_page,
-        "colours": {
-            "ground": _css(colours.GROUND),
-            "alone": _css(figures.ALONE),
-            "guarded": _css(figures.GUARDED),
-            "highlight": _css(colours.TODDLER),
-        },
+        "colours": {name: to_hex(unit(colour)) for name, colour in _COLOURS.items()},
     }
     folder, pictures = pathlib.Path(folders[0]), [picture for part in sections for picture in part["pictures"]]
     files = {name: environment.get_template(name).render().encode() for name in ("tables.md", "report.html")}
@@ -141,22 +131,17 @@ def _environment() -> jinja2.Environment:
         keep_trailing_newline=True,
     )
     environment.filters["markdown"] = markdown
-    environment.globals["stop"] = published_stop()
     return environment
-
-
-def _css(colour: Colour) -> str:
-    return "#" + "".join(f"{part:02x}" for part in colour)
 
 
 def section(run: Run) -> dict[str, Any]:
     """Return the parts of a run's section by name; `pictures` has the pictures of all parts."""
     parts = {
-        "left": left(run),
-        "kinds": kinds(run),
-        "child": child(run),
-        "charts": charts(run),
-        "maps": maps(run) if run.houses == 1 else [],
+        "left": left.left(run),
+        "kinds": left.kinds(run),
+        "child": tables.child(run),
+        "charts": left.charts(run),
+        "maps": left.maps(run) if run.houses == 1 else [],
     }
     pictures = [
         picture for part in parts.values() if part for picture in (part["pictures"] if isinstance(part, dict) else part)
@@ -165,12 +150,12 @@ def section(run: Run) -> dict[str, Any]:
         "run": run,
         "nouns": run.nouns,
         "several": run.several,
-        "cited": published.compares_with(run),
+        "cited": run.cited,
         # A single episode does not bound the mean.
         "bounded": any(row["damage_ci_high"] is not None for row in run.summary["rows"]),
-        "harm": harm(run),
+        "harm": tables.harm(run),
         "headline": headline(run),
-        "contacts": contacts(run),
+        "contacts": tables.contacts(run),
         "published": [tables.damage_table(run), tables.timesteps_table(run)],
         "comparison": tables.comparison_table(run),
         "children": tables.children_table(run),
@@ -193,7 +178,7 @@ def headline(run: Run) -> dict[str, Any]:
         "interval": f"{number(100 * (1 - high))} to {number(100 * (1 - low))} %" if np.isfinite(high) else None,
         "left": f"{number(left, 2)} [{number(low, 2)}, {number(high, 2)}]" if np.isfinite(high) else None,
         "open": bool(np.isinf(high)),
-        "paper": published.avoided(run),
+        "paper": run.published_avoided(),
         "damage": {"alone": alone, "guarded": guarded, "most": max(alone, guarded) or 1.0},
         "facts": [
             (f"{TITLES[column]} {when}", number(run.mean("none", column)), number(run.mean(run.caregiver, column)))

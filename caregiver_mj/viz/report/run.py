@@ -1,14 +1,16 @@
-"""A finished run as the report needs it."""
+"""A finished run as the report needs it, and the paper's numbers beside it."""
 
 from __future__ import annotations
 
 import functools
+import itertools
 import os
 import re
 import shlex
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from caregiver_mj.caregivers.registry import RULE
@@ -23,6 +25,19 @@ from caregiver_mj.plans.sets import is_generated
 from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.viz.report import words
 
+PAPER = 'Rosman, Hayes and Scassellati, "Enhancing Agent Safety through Autonomous Environment Adaptation", 2015'
+# Its Tables I and II: means of 20 episodes without and with the caregiver, by the share of the novice's moves that are
+# random. Damage is normalised by the greatest of any episode.
+PUBLISHED = {
+    "damage_normalised": {
+        1.0: (0.7346, 0.2291), 0.75: (0.5295, 0.1438), 0.5: (0.2846, 0.1106),
+        0.25: (0.1887, 0.0466), 0.05: (0.0565, 0.0072),
+    },
+    "timesteps_to_threshold": {
+        1.0: (35.50, 97.05), 0.75: (41.05, 164.20), 0.5: (89.50, 171.50),
+        0.25: (107.70, 200.00), 0.05: (195.75, 200.00),
+    },
+}  # fmt: skip
 _WORLDS = {"grid": "Grid", "house": "Physical house"}
 _LONGEST = 40  # characters of the houses' names in titles and file names
 
@@ -114,9 +129,9 @@ class Run(Finished):
         rows = self.summary["comparisons"]
         return next((r for r in rows if (r["caregiver"], r["baseline"], r["family"]) == wanted), None)
 
-    def compared(self, caregiver: str, baseline: str, family: str) -> dict[str, Any]:
-        """Return the same, where it must exist."""
-        row = self.comparison(caregiver, baseline, family)
+    def against_none(self, caregiver: str, family: str) -> dict[str, Any]:
+        """Return the same against no caregiver, which a run to report on always has."""
+        row = self.comparison(caregiver, "none", family)
         assert row is not None
         return row
 
@@ -126,17 +141,19 @@ class Run(Finished):
 
     def command(self) -> str:
         """Return the command that reproduces the rows; several for pooled runs."""
-        settings = self.settings
-        command = ["caregiver-mj", "evaluate", "--world", settings.world, *self._asked_houses()]
-        damage = settings.plans[0].damage
-        if damage != DamageWeights():
-            command += ["--damage", str(damage)]
-        if settings.embodiment != DEFAULT:
-            command += ["--embodiment", settings.embodiment]
-        if settings.sight != "all":
-            command += ["--sight", settings.sight]
-        if settings.child_speed != WALKING_SPEED:
-            command += ["--child-speed", str(settings.child_speed)]
+        settings, asked = self.settings, [_asked_house(plan) for plan in self.settings.plans]
+        command = ["caregiver-mj", "evaluate", "--world", settings.world]
+        if self.houses == 1:
+            command += ["--house", settings.file or asked[0]]
+        else:
+            command += ["--houses", *(shlex.split(settings.houses) or asked)]
+        for option, value, usual in (
+            ("--damage", settings.plans[0].damage, DamageWeights()),
+            ("--embodiment", settings.embodiment, DEFAULT),
+            ("--sight", settings.sight, "all"),
+            ("--child-speed", settings.child_speed, WALKING_SPEED),
+        ):
+            command += [option, str(value)] if value != usual else []
         command += ["--caregiver", *settings.caregivers, "--epsilon", *self.families]
         return "\n".join(
             shlex.join([*command, "--episodes", str(episodes), "--seed", str(seed)]) for seed, episodes in self.seeds
@@ -154,11 +171,57 @@ class Run(Finished):
         """Return a table with a column for each family, beside the first one."""
         return words.Table(f"{what} — {self.title}", (first, *map(words.family_name, self.families)), rows, note)
 
-    def _asked_houses(self) -> list[str]:
-        settings, asked = self.settings, [_asked_house(plan) for plan in self.settings.plans]
-        if self.houses == 1:
-            return ["--house", settings.file or asked[0]]
-        return ["--houses", *(shlex.split(settings.houses) or asked)]
+    # -- The paper's numbers ---------------------------------------------------------------------
+
+    @functools.cached_property
+    def cited(self) -> bool:
+        """Whether the paper's numbers are comparable.
+
+        They are of one novice at the paper's speed, an unpublished house, and a caregiver with full sight. Only house
+        `paper` stands in for that house.
+        """
+        settings = self.settings
+        its_own = settings.plans == (FloorPlan.load("paper"),) and settings.sight == "all"
+        its_own &= settings.child_speed == WALKING_SPEED
+        return its_own and any(len(words.members(family)) == 1 for family in self.families)
+
+    def published(self, column: str, family: str) -> tuple[float, float] | None:
+        """Return the paper's means without and with the caregiver, or None if it has none for these children."""
+        only, *others = words.members(family)
+        return None if others or only[0] or not self.cited else PUBLISHED.get(column, {}).get(only[1])
+
+    def published_series(self, column: str, families: Sequence[str], guarded: bool) -> np.ndarray:
+        """Return the paper's means for several families, NaN for unknown ones, (families,)."""
+        return np.array([(self.published(column, family) or (np.nan, np.nan))[guarded] for family in families])
+
+    def published_avoided(self) -> str | None:
+        """Return the paper's share of damage avoided over all novices, or None if it lacks one of them."""
+        alone, guarded = (self.published_series("damage_normalised", self.families, who).sum() for who in (False, True))
+        return f"{100 * (1 - guarded / alone):.0f} %" if np.isfinite(alone) else None
+
+    def deviations(self) -> dict[str, list[dict[str, Any]]]:
+        """Return the rows of the paper's Tables I and II: our mean, its 95 % interval, the paper's, and the deviation.
+
+        There is a row for each share of random moves, without and with the caregiver; for damage also for the share
+        left.
+        """
+        found: dict[str, list[dict[str, Any]]] = {column: [] for column in PUBLISHED}
+        for family, column in itertools.product(self.families, PUBLISHED):
+            if (cited := self.published(column, family)) is None:
+                continue
+            quantities = [
+                (which, self.row(caregiver, family), column, paper)
+                for which, caregiver, paper in zip(("without", "with"), ("none", self.caregiver), cited, strict=True)
+            ]
+            if column == "damage_normalised":
+                left_here = self.against_none(self.caregiver, family)
+                quantities.append(("left", left_here, "damage_left", cited[1] / cited[0]))
+            for which, row, key, paper in quantities:
+                ours = row[key if key in row else f"{key}_mean"]
+                interval = {end: row[f"{key}_ci_{end}"] for end in ("low", "high")}
+                cells = {"epsilon": family, "quantity": which, "here": ours, **interval, "paper": paper}
+                found[column].append(cells | {"deviation": None if ours is None else ours - paper})
+        return found
 
 
 def _asked_house(plan: FloorPlan) -> str:

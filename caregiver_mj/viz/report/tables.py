@@ -1,4 +1,4 @@
-"""Tables of a run: the paper's, comparisons, measures, harm, and contacts with the robot."""
+"""Tables of a run: the paper's, the child's side, comparisons, measures, harm, and contacts with the robot."""
 
 from __future__ import annotations
 
@@ -11,47 +11,27 @@ import pandas as pd
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.experiments import statistics
 from caregiver_mj.experiments.harm import Harm
+from caregiver_mj.experiments.verdicts import MARGINS
 from caregiver_mj.recording.contacts import BODY_LIMITS, CAUTION, FAR, FLAME_CLEAR, WAX_CLEAR
 from caregiver_mj.recording.record import COLUMNS, DAMAGE_THRESHOLD
-from caregiver_mj.viz.report import published
-from caregiver_mj.viz.report.left import left_cell
+from caregiver_mj.viz import figures
+from caregiver_mj.viz.report import words
+from caregiver_mj.viz.report.left import left_cell, left_series
 from caregiver_mj.viz.report.run import Run
-from caregiver_mj.viz.report.words import (
-    NONE,
-    TITLES,
-    UNITS,
-    Table,
-    family_name,
-    if_bracketed,
-    members,
-    number,
-    p_value,
-    with_interval,
-)
+from caregiver_mj.viz.report.words import NONE, TITLES, Picture, Table, family_name, if_bracketed, number, with_interval
 
+MARGIN = MARGINS["toys_reached"]
+_RIVALS = 3  # number of other caregivers in a figure
 _BY_CHILD = {"damage_by_child": "damage", "toys_by_child": "toys_reached"}  # and the column that is their sum
 # Columns of contacts, aggregation over episodes, and digits.
 _SHOWN = (
-    ("strikes", "sum", 0),
-    ("strikes_surface", "sum", 0),
-    ("gate_strikes", "sum", 0),
-    ("pinches", "sum", 0),
-    ("pinch_seconds", "mean", 2),
-    ("contacts_creeping", "sum", 0),
-    ("contacts_slow", "sum", 0),
-    ("contacts_fast", "sum", 0),
-    ("contact_energy", "max", 2),
-    ("contact_speed", "max", 2),
-    ("contact_seconds", "mean", 2),
-    ("pressings", "sum", 0),
-    ("contact_force", "max", 0),
-    ("contact_impulse", "mean", 1),
-    ("flame_distance", "min", 2),
-    ("flame_seconds", "mean", 2),
-    ("wax_distance", "min", 2),
-    ("wax_seconds", "mean", 2),
-    ("candles_dropped", "sum", 0),
-)
+    ("strikes", "sum", 0), ("strikes_surface", "sum", 0), ("gate_strikes", "sum", 0), ("pinches", "sum", 0),
+    ("pinch_seconds", "mean", 2), ("contacts_creeping", "sum", 0), ("contacts_slow", "sum", 0),
+    ("contacts_fast", "sum", 0), ("contact_energy", "max", 2), ("contact_speed", "max", 2),
+    ("contact_seconds", "mean", 2), ("pressings", "sum", 0), ("contact_force", "max", 0),
+    ("contact_impulse", "mean", 1), ("flame_distance", "min", 2), ("flame_seconds", "mean", 2),
+    ("wax_distance", "min", 2), ("wax_seconds", "mean", 2), ("candles_dropped", "sum", 0),
+)  # fmt: skip
 _UNMEASURED = "not measured"
 _HOW = {"sum": "in all", "mean": "an episode", "max": "the most", "min": "the least"}
 _KINEMATIC = "These children are kinematic: they do not give way, so the forces are far too high (docs/contacts.md). "
@@ -63,7 +43,7 @@ def damage_table(run: Run) -> Table:
     rows = []
     for family in run.families:
         alone, guarded = run.row("none", family), run.row(run.caregiver, family)
-        cited = published.means(run, "damage_normalised", family)
+        cited = run.published("damage_normalised", family)
         cells = (
             with_interval(alone, "damage_normalised_mean", 3, between="\n"),
             NONE if cited is None else f"{cited[0]:.3f}",
@@ -85,7 +65,7 @@ def damage_table(run: Run) -> Table:
 def timesteps_table(run: Run) -> Table:
     """Return the paper's Table II: timesteps until the threshold of damage."""
     column = "timesteps_to_threshold"
-    cited = [published.means(run, column, family) for family in run.families]
+    cited = [run.published(column, family) for family in run.families]
     cells: list[Sequence[str]] = [[family_name(family) for family in run.families]]
     for i, caregiver in enumerate(("none", run.caregiver)):
         cells += [run.cells(caregiver, f"{column}_mean"), [NONE if one is None else f"{one[i]:.1f}" for one in cited]]
@@ -99,7 +79,7 @@ def _beside_published(
     run: Run, title: str, quantities: tuple[str, ...], rows: Sequence[tuple[str, ...]], note: str
 ) -> Table:
     """Return a table with our numbers and the paper's in turn; without the latter if they are not comparable."""
-    if published.compares_with(run):
+    if run.cited:
         columns = tuple(f"{quantity}, {where}" for quantity in quantities for where in ("here", "published"))
     else:
         columns, rows = quantities, [(row[0], *row[1::2]) for row in rows]
@@ -108,12 +88,12 @@ def _beside_published(
 
 def comparison_table(run: Run) -> Table:
     """Return the differences due to the caregiver, with intervals and tests."""
-    found = {family: run.compared(run.caregiver, "none", family) for family in run.families}
+    found = {family: run.against_none(run.caregiver, family) for family in run.families}
     compared = [column for column in statistics.COMPARED if all(f"{column}_p" in row for row in found.values())]
     rows = []
     for family, row in found.items():
         cells = [
-            f"{with_interval(row, f'{column}_difference_mean', 1, sign='+')}\n{p_value(row[f'{column}_p'])}"
+            f"{with_interval(row, f'{column}_difference_mean', 1, sign='+')}\n{words.p_value(row[f'{column}_p'])}"
             for column in compared
         ]
         rows.append((family_name(family), *cells))
@@ -149,14 +129,14 @@ def children_table(run: Run) -> Table | None:
     if not run.several:
         return None
     episodes, rows = run.episodes, []
-    for family in (family for family in run.families if len(members(family)) > 1):
+    for family in (family for family in run.families if len(words.members(family)) > 1):
         means = {
             (caregiver, column): np.mean(np.stack(chosen[column].to_numpy()), axis=0)
             for caregiver in ("none", run.caregiver)
             for chosen in [episodes[(episodes.caregiver == caregiver) & (episodes.family == family)]]
             for column in _BY_CHILD
         }
-        for child, (behaviour, epsilon) in enumerate(members(family)):
+        for child, (behaviour, epsilon) in enumerate(words.members(family)):
             name = f"{family_name(family)}: {behaviour or 'novice'} {child + 1}, {100 * epsilon:g} %"
             keys = [(caregiver, column) for column in _BY_CHILD for caregiver in ("none", run.caregiver)]
             rows.append((name, *(number(float(means[key][child])) for key in keys)))
@@ -223,7 +203,7 @@ def counts_table(groups: Mapping[str, pd.DataFrame], where: str = "", first: str
         if any(column not in group for group in groups.values()):
             rows.append((f"{TITLES[column]} ({_HOW[how]})", *([_UNMEASURED] * len(groups))))
             continue
-        unit = f", {UNITS[column]}" if UNITS[column] else ""
+        unit = f", {words.UNITS[column]}" if words.UNITS[column] else ""
         cells = (number(float(group[column].agg(how)), digits) for group in groups.values())
         if column in ("flame_distance", "wax_distance"):
             cells = (NONE if cell == number(FAR, digits) else cell for cell in cells)
@@ -241,12 +221,97 @@ def counts_table(groups: Mapping[str, pd.DataFrame], where: str = "", first: str
 def limits_table(episodes: pd.DataFrame, where: str = "", compliant: bool = False) -> Table:
     """Return the greatest force on each part of a compliant or kinematic child, with the limits for adults."""
     rows = []
-    for limit in BODY_LIMITS:
-        force = float(episodes[f"contact_force_{limit.region}"].max())
-        share = number(100 * force / limit.impact, 0)
-        rows.append(
-            (limit.region, limit.part, f"{force:.0f}", f"{limit.clamping:g}", f"{limit.impact:g}", f"{share} %")
-        )
+    for region, part, clamping, impact in BODY_LIMITS:
+        force = float(episodes[f"contact_force_{region}"].max())
+        rows.append((region, part, f"{force:.0f}", f"{clamping}", f"{impact}", f"{number(100 * force / impact, 0)} %"))
     columns = ("on the child's", "of an adult", "greatest force, N", "clamped, N", "impact, N", "of the impact's")
     note = f"{'' if compliant else _KINEMATIC}Limits of adults: {_SOURCE}. {CAUTION}"
     return Table(f"Forces beside what adults bear{where}", columns, rows, note)
+
+
+# -- The child's side ----------------------------------------------------------------------------------
+
+
+def child(run: Run) -> dict[str, Any]:
+    """Return the figures and tables."""
+    shown = (run.caregiver, *run.rivals(_RIVALS))
+    lines = {family: words.in_lines(family) for family in run.families}
+    names = {family: family_name(family) for family in run.families}
+    survival = figures.survival(run.episodes, names, ("none", *shown, *run.bare_tables), caregiver=run.caregiver)
+    toys = figures.toys_kept(
+        list(lines.values()), [left_series(run, c, c, run.families, "toys_reached") for c in shown], MARGIN
+    )
+    toys_caption = f"Toys reached, as a share of those alone; {_toys_verdicts(run)} — {run.title}"
+    return {
+        "table": child_table(run),
+        "more": [_stop_table(run), *([_toys_table(run), _denied_table(run)] if run.baselines else [])],
+        "pictures": [
+            Picture.of(f"survival_{run.name}", survival, f"Episodes that are not yet stopped — {run.title}"),
+            Picture.of(f"toys_{run.name}", toys, toys_caption),
+        ],
+    }
+
+
+def _toys_verdicts(run: Run) -> str:
+    """Return the verdicts on the caregiver's loss of toys against the margin, as a sentence."""
+    with_whom: dict[str, list[str]] = {}
+    for family in run.families:
+        verdict = run.against_none(run.caregiver, family)["toys_reached_not_inferior"]
+        with_whom.setdefault(verdict, []).append(family_name(family))
+    verdicts = "; ".join(f"{verdict} with {', '.join(names)}" for verdict, names in with_whom.items())
+    return f"with {run.caregiver} and a margin of {100 * MARGIN:g} %, stated beforehand: {verdicts}"
+
+
+def child_table(run: Run) -> Table:
+    """Return the toys kept, the moves denied and the share of stopped episodes."""
+    alone, guarded = ([run.row(c, family) for family in run.families] for c in ("none", run.caregiver))
+    stopped = (
+        f"{100 * before['stopped_mean']:.0f} → {100 * after['stopped_mean']:.0f}"
+        for before, after in zip(alone, guarded, strict=True)
+    )
+    verdicts = (run.against_none(run.caregiver, family)["toys_reached_not_inferior"] for family in run.families)
+    rows = [
+        ("toys kept, %", *run.cells(run.caregiver, "toys_reached_left", scale=100.0, against="none")),
+        (f"< {100 * MARGIN:g} % lost?", *verdicts),
+        ("stairwells denied", *run.cells(run.caregiver, "moves_blocked_stairwell_mean")),
+        ("free moves denied", *run.cells(run.caregiver, "moves_blocked_free_mean")),
+        ("longest blocked", *run.cells(run.caregiver, "longest_blocked_mean")),
+        ("stopped, %", *stopped),
+    ]
+    note = (
+        "Toys reached with the caregiver, of those without; not inferior where the interval is above "
+        f"{100 * (1 - MARGIN):g} %, a margin stated before any comparison. Moves an episode that the caregiver denies, "
+        "and timesteps on end. Episodes stopped, without → with."
+    )
+    note += if_bracketed(rows, " In brackets 95 % intervals.")
+    return run.table("The child's side", "with the caregiver", rows, note)
+
+
+def _stop_table(run: Run) -> Table:
+    """Return toys and damage until the stop, without and with the caregiver."""
+    rows = [
+        (f"{what}, {how}", *run.cells(caregiver, f"{column}_mean"))
+        for what, column in (("toys reached", "toys_reached"), ("damage until the stop", "damage_until_stop"))
+        for how, caregiver in (("without", "none"), ("with", run.caregiver))
+    ]
+    interval = if_bracketed(rows, " and 95 % intervals")
+    note = f"Means of an episode{interval}. The stop is where the damage comes above {DAMAGE_THRESHOLD:g}."
+    return run.table("Toys, and damage until the stop", "mean", rows, note)
+
+
+def _toys_table(run: Run) -> Table:
+    rows = []
+    for caregiver in run.acting:
+        kept = run.cells(caregiver, "toys_reached_left", scale=100.0, against="none")
+        verdicts = (run.against_none(caregiver, family)["toys_reached_not_inferior"] for family in run.families)
+        rows.append((caregiver, *map("\n".join, zip(kept, verdicts, strict=True))))
+    interval = if_bracketed(rows, ", the 95 % interval")
+    note = f"% of the toys reached alone{interval}, and whether less than {100 * MARGIN:g} % are lost."
+    return run.table("Toys kept by each caregiver", "caregiver", rows, note)
+
+
+def _denied_table(run: Run) -> Table:
+    denied = "{moves_blocked_stairwell_mean:.1f} + {moves_blocked_free_mean:.1f}\n({longest_blocked_mean:.1f})"
+    rows = [(c, *(denied.format_map(run.row(c, family)) for family in run.families)) for c in run.acting]
+    note = "Moves of an episode denied: into a stairwell + free ones (longest time blocked, timesteps)."
+    return run.table("Moves denied by each caregiver", "caregiver", rows, note)

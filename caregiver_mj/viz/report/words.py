@@ -1,7 +1,8 @@
-"""The report's words, numbers and tables of text."""
+"""The report's words, numbers, tables of text, and pictures."""
 
 from __future__ import annotations
 
+import base64
 import collections
 import dataclasses
 import textwrap
@@ -9,10 +10,12 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from caregiver_mj.experiments.intervals import TOO_FEW, bounds_nothing
 from caregiver_mj.outside import markdown
 from caregiver_mj.recording.record import COLUMNS
+from caregiver_mj.viz import figure_style
 
 TITLES = {column.name: column.title for column in COLUMNS}
 UNITS = {column.name: column.unit for column in COLUMNS}
@@ -20,7 +23,6 @@ NONE = "–"  # where there is no number
 _NARROW = 9  # characters of a line below bars
 
 
-# -- Children ----------------------------------------------------------------------------------------
 # Nouns: for a row of a table, in singular and plural; for the children of an episode, alone, before "went" and "hurt";
 # for one child.
 _NOUNS = ("group", "groups", "who", "whom", "were", "one")
@@ -52,7 +54,6 @@ def in_lines(family: str) -> str:
     return f"{first}\n{last}"
 
 
-# -- Numbers -----------------------------------------------------------------------------------------
 def number(value: float, digits: int = 1, sign: str = "-") -> str:
     """Return a number with a typographic minus, but none before a zero."""
     text = f"{value:{sign}.{digits}f}"
@@ -107,11 +108,25 @@ class Table:
     note: str = ""
 
     def markdown(self) -> str:
-        lines = [
-            f"### {markdown(self.title)}",
-            "",
-            *(" | ".join(map(markdown, row)) for row in [self.columns, *self.rows]),
-        ]
-        lines.insert(3, " | ".join(["---"] * len(self.columns)))
-        lines[2:] = [f"| {line} |" for line in lines[2:]]
-        return "\n".join([*lines, "", self.note, ""] if self.note else [*lines, ""])
+        head, *rows = (f"| {' | '.join(map(markdown, row))} |" for row in (self.columns, *self.rows))
+        rule = f"| {' | '.join(['---'] * len(self.columns))} |"
+        note = [self.note, ""] if self.note else []
+        return "\n".join([f"### {markdown(self.title)}", "", head, rule, *rows, "", *note])
+
+
+@dataclasses.dataclass(frozen=True)
+class Picture:
+    """A figure with the name of its files and its caption."""
+
+    name: str
+    svg: bytes
+    png: bytes
+    caption: str
+
+    @classmethod
+    def of(cls, name: str, figure: Figure, caption: str) -> Picture:
+        return cls(name, figure_style.as_bytes(figure, "svg"), figure_style.as_bytes(figure, "png"), caption)
+
+    @property
+    def data(self) -> str:
+        return f"data:image/svg+xml;base64,{base64.b64encode(self.svg).decode()}"

@@ -24,11 +24,7 @@ _PIECE = 0.1  # simulated s between looks at the clock
 
 
 def begin(spec: EpisodeSpec) -> Episode:
-    """Begin an episode, with the caregiver's predictions if it makes any.
-
-    Raises:
-        CaregiverError: The specification is invalid.
-    """
+    """Begin an episode, with the caregiver's predictions if it makes any."""
     episode = Episode(spec)
     episode.foresees = True
     return episode
@@ -55,27 +51,17 @@ class Session:
         ended: Callable[[EpisodeSpec, Episode], None] | None = None,
         clock: Callable[[], float] = time.monotonic,
     ):
-        """Begin an episode.
+        """Begin an episode at a speed, simulated seconds per second.
 
-        Args:
-            spec: The episode.
-            speed: Simulated seconds per second.
-            playing: Whether it runs at once.
-            begin: Makes an episode of a specification.
-            ended: Called with each episode that has ended, and its specification.
-            clock: Returns the time, s.
+        `begin` makes an episode of a specification; `ended` is called with those of each episode that has ended.
 
         Raises:
             CaregiverError: The specification is invalid, or the speed is out of range.
         """
         self._make, self._clock, self._ended, self._queries = begin, clock, ended, spec.queries
-        self.speed = speed
-        self.playing = playing
-        self.over = False
+        self.speed, self.playing, self.over = speed, playing, False
         self._until: float
         self._begin(spec)
-
-    # -- Controls --------------------------------------------------------------------------------
 
     @property
     def speed(self) -> float:
@@ -92,26 +78,18 @@ class Session:
         """Multiply the speed, within its range."""
         self.speed = min(max(times * self.speed, SLOWEST), FASTEST)
 
-    def play(self) -> None:
-        """Continue."""
-        self.skip_time()
-        self.playing = not self.over
-
     def skip_time(self) -> None:
         """Ignore the time since the last call of `advance`."""
         self._last = self._clock()
 
     def toggle(self) -> None:
         """Pause or continue."""
-        self.pause() if self.playing else self.play()
-
-    def pause(self) -> None:
-        """Pause."""
-        self.playing = False
+        self.skip_time()
+        self.playing = not self.playing and not self.over
 
     def step(self, seconds: float | None = None) -> None:
         """Pause, and run on for some simulated seconds, by default one control step."""
-        self.pause()
+        self.playing = False
         env = self.episode.env
         self._run_until(self.episode.seconds + (env.control_timestep() if seconds is None else seconds))
 
@@ -143,10 +121,6 @@ class Session:
         elif 0 <= (number := KEYS.find(key)) < len(self.targets):
             policy.caregiver.targets[:] = number + NOTHING
 
-    def restart(self) -> None:
-        """Restart the episode."""
-        self._begin(self.spec)
-
     def change(self, **fields: object) -> None:
         """Begin another episode, with some fields of the specification changed.
 
@@ -155,8 +129,6 @@ class Session:
         """
         fields.setdefault("queries", self._queries)  # kept while a caregiver without queries acts
         self._begin(dataclasses.replace(self.spec, **fields))  # type: ignore[arg-type]  # checked by `EpisodeSpec`
-
-    # -- Time ------------------------------------------------------------------------------------
 
     def advance(self) -> None:
         """Run on for the time since the last call, at the requested speed."""

@@ -53,23 +53,10 @@ class Server(viser.ViserServer):
 
 
 class WebViewer:
-    """Serves a session to browsers. Everything except the network runs in the thread that calls `run`.
-
-    Attributes:
-        session: The session.
-        server: The server.
-        url: Its address.
-    """
+    """Serves a session to browsers at `url`. Everything except the network runs in the thread that calls `run`."""
 
     def __init__(self, session: Session, host: str = HOST, port: int = PORT, rate: float = RATE, plain: bool = False):
-        """Serve a session.
-
-        Args:
-            session: The session.
-            host: Address to listen at.
-            port: Port to listen at; 0 for any free one.
-            rate: Updates per second.
-            plain: Whether to omit shadows, which are slow without a graphics card.
+        """Serve a session at an address, with a rate of updates per second; `plain` without shadows, which are slow.
 
         Raises:
             CaregiverError: The address is not available.
@@ -77,10 +64,7 @@ class WebViewer:
         check_address(host, port)
         self.session, self._period, self._plain = session, 1.0 / rate, plain
         self._wishes: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
-        with (
-            contextlib.redirect_stdout(io.StringIO()),
-            _guarded(host),
-        ):  # without its message
+        with contextlib.redirect_stdout(io.StringIO()), _guarded(host):  # without its message
             self.server = Server(host=host, port=port, label="caregiver-mj", verbose=False)
         self.url = f"http://{f'[{host}]' if ':' in host else host}:{self.server.get_port()}"
         self.server.gui.configure_theme(show_logo=False, show_share_button=False)
@@ -227,26 +211,16 @@ class WebScene:
                 self._lay(tiles)
             self._house.update_from_mjdata(episode.env.physics.data.ptr)
 
-    # -- The floor -------------------------------------------------------------------------------
-
     def _add_tiles(self, opacity: float) -> viser.BatchedMeshHandle:
         """Return the greatest number of tiles of an opacity, invisible."""
         nothing = np.zeros((self._room, 3), np.float32)
         cube = trimesh.creation.box(extents=(2.0, 2.0, 2.0))
         return self._server.scene.add_batched_meshes_simple(
-            f"/foreseen/{opacity:.2f}",
-            cube.vertices,
-            cube.faces,
-            batched_wxyzs=np.tile(np.array([1, 0, 0, 0], np.float32), (self._room, 1)),
-            batched_positions=nothing,
-            batched_scales=nothing + np.float32(_GONE),
-            batched_colors=nothing.astype(np.uint8),
-            opacity=opacity,
-            lod="off",
-            cast_shadow=False,
-            receive_shadow=False,
-            flat_shading=True,
-        )
+            f"/foreseen/{opacity:.2f}", cube.vertices, cube.faces,
+            batched_wxyzs=np.tile(np.array([1, 0, 0, 0], np.float32), (self._room, 1)), batched_positions=nothing,
+            batched_scales=nothing + np.float32(_GONE), batched_colors=nothing.astype(np.uint8), opacity=opacity,
+            lod="off", cast_shadow=False, receive_shadow=False, flat_shading=True,
+        )  # fmt: skip
 
     def _lay(self, tiles: list[Tile]) -> None:
         self._shown = tiles

@@ -32,11 +32,7 @@ Do = Callable[[Callable[[], None]], None]  # runs a function in the thread of th
 
 
 class Panel:
-    """The panel of a session, in all connected browsers.
-
-    Attributes:
-        foreseen: Whether to show the caregiver's predictions on the floor.
-    """
+    """The panel of a session, in all connected browsers."""
 
     def __init__(self, server: viser.ViserServer, session: Session, do: Do):
         """Lay out the panel; `do` runs a function in the thread of the simulation."""
@@ -52,6 +48,7 @@ class Panel:
 
     @property
     def foreseen(self) -> bool:
+        """Whether to show the caregiver's predictions on the floor."""
         return self._floor.value
 
     def show(self) -> None:
@@ -62,14 +59,9 @@ class Panel:
             self._targets.options, self._targets.visible = labels, labels != self._nobody
         self._play.label = "Pause" if session.playing else "Play"
         self._readout.content = readout(session.episode.hud_state(trail_length=1))
-        if session.over:
-            self.tell("The episode is over.")
-        elif session.behind:
-            self.tell("This machine is too slow for that speed.")
-        elif not session.playing:
-            self.tell("Paused.")
-        else:
-            self.tell("")
+        paused = "" if session.playing else "Paused."
+        behind = "This machine is too slow for that speed." if session.behind else paused
+        self.tell("The episode is over." if session.over else behind)
 
     def tell(self, text: str, wrong: bool = False) -> None:
         """Show a message below the form; an error stays until the next episode."""
@@ -196,14 +188,8 @@ def options(spec: EpisodeSpec) -> str:
 
 def readout(state: HudState) -> str:
     """Return the state as HTML."""
-    return _template().render(
-        state=state,
-        of_child=colours.of_child,
-        harm=colours.HARM,
-        timesteps=EPISODE_TIMESTEPS,
-        soon=SOON,
-        horizon=HORIZON,
-    )
+    known = {"of_child": colours.of_child, "harm": colours.HARM, "soon": SOON, "horizon": HORIZON}
+    return _template().render(known, state=state, timesteps=EPISODE_TIMESTEPS)
 
 
 @functools.cache

@@ -28,7 +28,7 @@ _KEYS: dict[int, Callable[[Session], None]] = {
     glfw.KEY_EQUAL: lambda session: session.hurry(2.0),
     glfw.KEY_MINUS: lambda session: session.hurry(0.5),
     glfw.KEY_N: lambda session: session.change(episode=(session.spec.episode or 0) + 1),
-    glfw.KEY_R: Session.restart,
+    glfw.KEY_R: Session.change,
 }
 _HELP = (
     "space\nright\ndown\n= -\nR N",
@@ -41,18 +41,10 @@ _BAR = 20  # characters of a full bar
 
 
 class Window:
-    """Shows a session in a window, which draws a copy of the state, so that neither waits for the other.
-
-    Attributes:
-        session: The session.
-    """
+    """Shows a session in a window, which draws a copy of the state, so that neither waits for the other."""
 
     def __init__(self, session: Session):
-        """Open the window.
-
-        Raises:
-            RenderingError: No window can be opened.
-        """
+        """Open the window, or raise RenderingError."""
         self.session = session
         self._pressed: queue.SimpleQueue[int] = queue.SimpleQueue()
         physics = session.episode.env.physics

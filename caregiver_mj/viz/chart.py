@@ -13,30 +13,21 @@ from caregiver_mj.plans.cell_graph import BIN, WALL, Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import Where
 from caregiver_mj.robot.geometry import Pose, to_world
-from caregiver_mj.viz import colours
+from caregiver_mj.viz import cards, colours
+from caregiver_mj.viz.cards import FINE, SMALLEST_FONT, Scale, fit, width_of, write
 from caregiver_mj.viz.colours import GROUND, TEXT, Colour, mix
-from caregiver_mj.viz.hud import cards
-from caregiver_mj.viz.hud.cards import FINE, SMALLEST_FONT, Scale, fit, width_of, write
-from caregiver_mj.viz.moment import LEAST, ChildState, Forecast, HudState, place_of, strength
+from caregiver_mj.viz.moment import LEAST, ChildState, HudState, place_of, strength
 
-_OPACITY = 232  # 0 to 255
+CARD_OPACITY = 232  # 0 to 255
 _LABELLED_CELL = 16  # pixels; least side of a cell with a name in it
 _TRAIL_WIDTH = 0.14  # cells
-_LABELS = {
-    Where.OPENING: 0.3,
-    Where.ON_TABLE: 0.85,
-    Where.FLOOR: 0.5,
-}  # cells; names' baselines below the places
+_LABELS = {Where.OPENING: 0.3, Where.ON_TABLE: 0.85, Where.FLOOR: 0.5}  # cells; names' baselines below the places
 Square = tuple[float, float, float, float]  # left, top, right, bottom, pixels of the fine drawing
 _TREADS = 4  # lines of a stairwell
 
 
 class Chart:
-    """The card with the chart of a house.
-
-    Attributes:
-        box: Its place in the frame.
-    """
+    """The card with the chart of a house, in a `box` of the frame."""
 
     def __init__(self, plan: FloorPlan, width: int, height: int, alone: bool = False):
         """Draw the fixed things, for frames of a size in pixels.
@@ -56,7 +47,7 @@ class Chart:
         left, top = ((width - size[0]) // 2, (height - size[1]) // 2) if alone else (margin, margin)
         self.box = (left, top, left + size[0], top + size[1])
         self._caption = size[1] - scale.px(10)
-        card, self._opacity = cards.card(size, scale.px(10), 255 if alone else _OPACITY)
+        card, self._opacity = cards.card(size, scale.px(10), 255 if alone else CARD_OPACITY)
         self._ground = GroundPlan(plan, cell, self._pad)
         self._still = self._ground.draw(card)
 
@@ -68,8 +59,6 @@ class Chart:
             self._write_names(chart, state)
         self._write_caption(chart, state)
         image.paste(chart, mask=self._opacity)
-
-    # -- What moves ------------------------------------------------------------------------------
 
     def _draw_moving(self, canvas: ImageDraw.ImageDraw, state: HudState) -> None:
         unit = self._ground.unit
@@ -93,16 +82,12 @@ class Chart:
             self._draw_child(canvas, child, colours.of_child(number))
 
     def _draw_floor(self, canvas: ImageDraw.ImageDraw, state: HudState) -> None:
-        """Draw the caregiver's view, if it is partial, and its predictions."""
-        if state.in_view is not None:
-            for cell in np.flatnonzero(state.in_view).tolist():
-                canvas.rectangle(self._ground.square(state.plan.free_cells[cell]), mix(colours.FLOOR, TEXT, 0.2))
-        if state.forecast is not None:
-            self._draw_forecast(canvas, state, state.forecast)
-
-    def _draw_forecast(self, canvas: ImageDraw.ImageDraw, state: HudState, forecast: Forecast) -> None:
-        """Draw the children's predicted places, hazards to them, and frames round their probable toy bins."""
-        plan, ground = state.plan, self._ground
+        """Draw the caregiver's view, if partial; predicted places, hazards, and frames round probable toy bins."""
+        plan, ground, forecast = state.plan, self._ground, state.forecast
+        for cell in np.flatnonzero(() if state.in_view is None else state.in_view).tolist():
+            canvas.rectangle(ground.square(plan.free_cells[cell]), mix(colours.FLOOR, TEXT, 0.2))
+        if forecast is None:
+            return
         for cell in np.flatnonzero(forecast.presence.max(axis=0) >= LEAST).tolist():
             child = int(forecast.presence[:, cell].argmax())
             shade = mix(colours.FLOOR, colours.of_child(child), strength(forecast.presence[child, cell]))
@@ -151,24 +136,17 @@ class Chart:
         reach = r * np.array([0.8, 0.75, 0.2, 0.75])
         canvas.polygon([(x + d * np.cos(a), y - d * np.sin(a)) for d, a in zip(reach, turns, strict=True)], GROUND)
 
-    # -- Words -----------------------------------------------------------------------------------
-
     def _write_names(self, chart: Image.Image, state: HudState) -> None:
-        for number, hazard in enumerate(state.plan.hazards):
-            if number in state.gone:
-                continue
-            low = _LABELS[hazard.kind.where]
-            self._write_at(chart, place_of(state.plan, number, state.candles), low, hazard.label, outline=GROUND)
-        for number, child in enumerate(state.children if len(state.children) > 1 else ()):
-            self._write_at(chart, child.position, 0.25, str(number + 1))
+        def write_at(position: np.ndarray, low: float, text: str, ink: Colour, outline: Colour | None) -> None:
+            x, y = (coordinate / FINE for coordinate in self._ground.pixel(position))
+            write(chart, (x, y + low * self._ground.cell), text, SMALLEST_FONT, ink, 0.5, outline)
 
-    def _write_at(
-        self, chart: Image.Image, position: np.ndarray, low: float, text: str, outline: Colour | None = None
-    ) -> None:
-        """Write with the baseline `low` cells below a point."""
-        x, y = (coordinate / FINE for coordinate in self._ground.pixel(position))
-        ink = GROUND if outline is None else TEXT
-        write(chart, (x, y + low * self._ground.cell), text, SMALLEST_FONT, ink, align=0.5, outline=outline)
+        for number, hazard in enumerate(state.plan.hazards):
+            if number not in state.gone:
+                place = place_of(state.plan, number, state.candles)
+                write_at(place, _LABELS[hazard.kind.where], hazard.label, TEXT, GROUND)
+        for number, child in enumerate(state.children if len(state.children) > 1 else ()):
+            write_at(child.position, 0.25, str(number + 1), GROUND, None)
 
     def _write_caption(self, chart: Image.Image, state: HudState) -> None:
         """Write the name of the house, shortened if necessary, and the children."""
@@ -188,10 +166,7 @@ class Chart:
 class GroundPlan:
     """Draws a house `FINE` times larger than shown, and converts places to pixels of that drawing.
 
-    Attributes:
-        plan: The house.
-        cell: Side of a cell as shown, pixels.
-        unit: Side of a cell in the fine drawing, pixels.
+    A `cell` has so many pixels as shown, and `unit` in the fine drawing.
     """
 
     def __init__(self, plan: FloorPlan, cell: int, pad: int):

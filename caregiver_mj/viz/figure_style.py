@@ -23,19 +23,9 @@ ALONE, GUARDED = colours.DAMAGE, colours.ROBOT  # without and with the caregiver
 WIDTH, HEIGHT = 4.2, 3.2  # inches
 INK, FAINT, RULE = "#1b212b", "#6b7686", "#dfe3e8"
 MUTED = "#8f99a8"  # of what is not highlighted
-PUBLISHED: dict[str, Any] = {
-    "marker": "D",
-    "color": "white",
-    "markeredgecolor": INK,
-    "markersize": 5.5,
-    "linestyle": "none",
-}
-REFERENCE_LINE: dict[str, Any] = {  # the bare-tables baseline
-    "color": INK,
-    "linewidth": 1.4,
-    "linestyle": (0, (3, 1.5)),
-    "zorder": 3,
-}
+PUBLISHED: dict[str, Any] = {"marker": "D", "color": "white", "mec": INK, "ms": 5.5, "linestyle": "none"}
+# The bare-tables baseline.
+REFERENCE_LINE: dict[str, Any] = {"color": INK, "linewidth": 1.4, "linestyle": (0, (3, 1.5)), "zorder": 3}
 STYLE: dict[RcKeyType, Any] = {
     "font.size": 9.5,
     "axes.edgecolor": FAINT,
@@ -91,21 +81,22 @@ def panels(titles: Mapping[str, str], columns: int, width: float, height: float)
     return figure, found
 
 
-def explain(figure: Figure, keys: Mapping[str, Any], most: int = 3) -> None:
-    """Add a legend above the axes, with at most `most` keys in a row; Matplotlib fills it column by column."""
+def explain(figure: Figure, keys: Mapping[str, Any], most: int = 3) -> Figure:
+    """Return a figure with a legend above, of at most `most` keys in a row; Matplotlib fills it column by column."""
+
+    def letters(columns: int) -> int:
+        """Return the width in characters: the longest name of each column, and its handle."""
+        return sum(max(map(len, list(keys)[i::columns])) + _HANDLE for i in range(columns))
+
     columns = min(most, len(keys))
-    while columns > 1 and _letters(list(keys), columns) > _LETTERS * figure.get_figwidth():
+    while columns > 1 and letters(columns) > _LETTERS * figure.get_figwidth():
         columns -= 1
     in_columns = [list(keys.items())[i::columns] for i in range(columns)]
     names, artists = zip(*(key for column in in_columns for key in column), strict=True)
     figure.legend(
         artists, names, loc="outside upper left", ncols=columns, columnspacing=1, handlelength=1.2, handletextpad=0.5
     )
-
-
-def _letters(names: list[str], columns: int) -> int:
-    """Return the width of a legend in characters: the longest name of each column, and its handle."""
-    return sum(max(map(len, names[i::columns])) + _HANDLE for i in range(columns))
+    return figure
 
 
 @dataclasses.dataclass(frozen=True)
