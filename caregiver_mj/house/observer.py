@@ -1,18 +1,23 @@
-"""Observations of the house: everything, or what is in view, with the errors of sensing."""
+"""What policies are told of the house: observations, of everything or what is in view, and `TaskInfo` beside them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import dataclasses
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
+from caregiver_mj.caregivers.caregiver import Truth
+from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.sensing import Sensing, Sensor
+from caregiver_mj.interventions.verb import Intervention
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.visibility import CAMERA_RANGE, CAMERA_WIDTH, PLACES, Sight, seen_from, visibility
+from caregiver_mj.robot.embodiment import Embodiment
 
 _LOOKS = 5  # control timesteps between updates of the view
 _SIDES = np.array([(0.0, 0.0), *ACTIONS])
@@ -181,3 +186,23 @@ def _in_picture(offsets: np.ndarray, yaw: float) -> np.ndarray:
     far = np.linalg.norm(offsets, axis=1)
     ahead = offsets[:, 0] * np.cos(yaw) + offsets[:, 1] * np.sin(yaw)
     return (far <= CAMERA_RANGE) & (ahead >= np.cos(CAMERA_WIDTH / 2) * far)
+
+
+@dataclasses.dataclass(frozen=True)
+class TaskInfo:
+    """The information for policies beside observations."""
+
+    plan: FloorPlan  # the house
+    family: ChildGroup  # the specification of the children
+    embodiment: Embodiment | None  # the robot, if any
+    sensing: Sensing  # errors, gaps and delay of observations
+    sight: Sight  # which children observations show
+    novice_timestep: float  # s
+    child_speed: float  # m/s, at which the children walk
+    # m; heights of the tables' tops, (tables,), if observations show them; else None
+    table_heights: np.ndarray | None
+    # returns the order in an observation; None if the task leaves the choice to the caregiver
+    orders: Callable[[Mapping[str, np.ndarray]], Intervention | None] | None
+    caregiver_seed: int  # seed of this episode for a random caregiver
+    starting_tables: tuple[int, ...]  # index of each candle's table at the start of this episode
+    truth: Callable[[], Truth]  # hidden state, for a `PrivilegedCaregiver` only

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from caregiver_mj.house.candles import Candles
 from caregiver_mj.house.physics import Physics
+from caregiver_mj.house.things import Candles
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 

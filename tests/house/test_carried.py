@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from caregiver_mj.house.candles import FLAME_RADIUS, watch_candle
 from caregiver_mj.house.physics import Physics
+from caregiver_mj.house.things import FLAME_RADIUS, watch_candle
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import CANDLE, MUG
 from caregiver_mj.recording.contacts import FLAME_CLEAR, WAX_CLEAR, Contacts

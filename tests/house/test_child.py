@@ -5,8 +5,7 @@ import pytest
 from scripted_child import EAST, SOUTH, STAY, WEST, Scripted
 
 from caregiver_mj.children.random_stream import RandomStream
-from caregiver_mj.house.child import HouseChild
-from caregiver_mj.house.children import Children
+from caregiver_mj.house.children import Children, HouseChild
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, DamageWeights

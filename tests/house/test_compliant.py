@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from caregiver_mj.children.walk import ToddlerWalk
-from caregiver_mj.house.child import SOFTNESS, STANCE, STRIDE, CompliantBody
+from caregiver_mj.house.children import SOFTNESS, STANCE, STRIDE, CompliantBody
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans.floor_plan import FloorPlan
 
