@@ -9,8 +9,8 @@ from caregiver_mj.caregivers.registry import CAREGIVERS, POLICIES
 from caregiver_mj.children.child_group import CHILDREN
 from caregiver_mj.experiments.spec import BARE_TABLES
 from caregiver_mj.plans.floor_plan import house_names
+from caregiver_mj.plans.rooms import SHAPES
 from caregiver_mj.plans.sets import DRAWN, FIRST_SEEDS
-from caregiver_mj.plans.shapes import SHAPES
 from caregiver_mj.recording.steps import RANDOM, TARGETS
 from caregiver_mj.robot.embodiments import EMBODIMENTS
 from caregiver_mj.tasks import TASKS

@@ -15,8 +15,7 @@ import pandas as pd
 from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.experiments import statistics
-from caregiver_mj.experiments.blocks import Tables
-from caregiver_mj.experiments.evaluation import sum_up
+from caregiver_mj.experiments.evaluation import Tables, sum_up
 from caregiver_mj.experiments.harm import judge
 from caregiver_mj.experiments.run_folder import RunFolder, describe_differences, read_json, unlike
 from caregiver_mj.experiments.settings import Settings

@@ -47,15 +47,10 @@ _ROUNDING = 1e-6  # of an action
 
 
 class GridWorld(GridState, Rollout):
-    """A batch of B episodes on one floor plan, with K children each.
+    """A batch of B episodes on one floor plan, with K children each, whose `behaviours` it has."""
 
-    Attributes:
-        behaviours: Behaviour of each of the K children.
-        caregiver: The caregiver, or None.
-        sight: The caregiver's sight.
-        eyes: The caregiver's eyes; None with full sight, or without a caregiver.
-        ledger: Counts what happens to the children.
-    """
+    eyes: GridEyes | None = None  #: the caregiver's eyes; None with full sight, or without a caregiver
+    ledger: Ledger  #: counts what happens to the children
 
     def __init__(
         self,
@@ -66,14 +61,9 @@ class GridWorld(GridState, Rollout):
         caregiver_actions: float = CAREGIVER_ACTIONS,
         sight: Sight | str = "all",
     ):
-        """Prepare the episodes.
+        """Prepare the episodes, with a mean number of the caregiver's actions in a novice timestep.
 
-        Args:
-            plan: The house.
-            family: The children, as `ChildGroup.of` takes them.
-            caregiver: The caregiver, or None.
-            caregiver_actions: Actions of the caregiver in a novice timestep, on average.
-            sight: The caregiver's sight, as `plans.visibility.Sight.of` takes it.
+        `ChildGroup.of` and `plans.visibility.Sight.of` take the family and the sight.
 
         Raises:
             CaregiverError: A privileged caregiver has limited sight, the caregiver or a child is for another house, or
@@ -89,7 +79,6 @@ class GridWorld(GridState, Rollout):
             check_house(caregiver, plan)
         self.plan = plan
         self.timestep, self._draws = 0, np.zeros((0, 0, 0, 3))  # of no episode
-        self.eyes: GridEyes | None = None
         self.behaviours = list(ChildGroup.of(family).make(plan))
         self.caregiver = caregiver
         self._caregiver_actions = caregiver_actions

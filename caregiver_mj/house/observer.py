@@ -33,8 +33,6 @@ class Observer:
     """Observes one episode after another in a house.
 
     Attributes:
-        sensing: Errors, gaps and delay of observations.
-        sight: Which children observations show.
         seen: Whether each child is seen or felt, bool (children,).
     """
 
@@ -49,16 +47,10 @@ class Observer:
         sensing: Sensing | Mapping[str, Any] | None = None,
         sight: Sight | str = "all",
     ):
-        """Prepare to observe.
+        """Prepare to observe, every `control_timestep` seconds.
 
-        Args:
-            plan: The house.
-            children: Number of children.
-            tables: Rectangles of the tables and heights of their tops, (tables, 5), m.
-            control_timestep: Seconds between observations.
-            has_robot: Whether the robot is in the house.
-            sensing: Errors of observations, as `Sensing.of` takes them; None for exact ones.
-            sight: Which children observations show, as `Sight.of` takes it.
+        `tables` are their rectangles and the heights of their tops, (tables, 5), m. `Sensing.of` and `Sight.of` say
+        which errors observations have, and which children they show.
 
         Raises:
             CaregiverError: A number of the sensing is out of range, or the sight is unknown.

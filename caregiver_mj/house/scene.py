@@ -49,20 +49,15 @@ def build_house(
     visuals: bool = True,
     table_heights: np.ndarray | None = None,
 ) -> mujoco.MjSpec:
-    """Build the scene of a house.
+    """Build the scene of a house. Joints of the robot's base and of the children have their zero at its origin.
 
     Args:
         plan: The floor plan.
-        robot: Which robot is in it, by its name or as such; True for the default one, False for none. Its base joints
-            have their zero at the house's origin.
-        table_positions: Where the tables' centres are, (tables, 2), metres, if not in the middle of their cells.
-        children: How many children are in it. They do not collide with each other.
-        visuals: Whether to add what is only to be seen. All that moves or collides is the same without it, and the
-            simulation faster.
-        table_heights: How high the tables' tops are, (tables,), metres, if not as that of the model.
-
-    Returns:
-        A specification to compile. The children's joints have their zero at the house's origin too.
+        robot: Which robot is in it, by its name or as such; True for the default one, False for none.
+        table_positions: Centres of the tables, (tables, 2), m, if not in the middle of their cells.
+        children: Number of children, who do not collide with each other.
+        visuals: Whether to add what is only to be seen, which makes the simulation slower and changes nothing in it.
+        table_heights: Heights of the tables' tops, (tables,), m, if not as that of the model.
 
     Raises:
         CaregiverError: There are gates in it, which are of one size, and cells of another one; or something lies on its

@@ -75,25 +75,15 @@ class Interventions(Sequence[Intervention]):
 
 @dataclasses.dataclass(frozen=True)
 class Verb:
-    """A kind of intervention.
+    """A kind of intervention."""
 
-    Attributes:
-        name: Its name in an `Intervention`.
-        activity: Description in words; `{hazard}` stands for the hazard.
-        where: Place of its hazards; None for any, or for no hazard.
-        to_table: Whether its destination is a table.
-        counts: Whether starting it counts as an intervention, and interrupts another one.
-        leaves: Permanent state of its hazard when it is done.
-        handles: Whether it needs the hand.
-    """
-
-    name: str
-    activity: str
-    where: Where | None = None
-    to_table: bool = False
-    counts: bool = True
-    leaves: State = State.AS_PLANNED
-    handles: bool = False
+    name: str  #: its name in an `Intervention`
+    activity: str  #: description in words; `{hazard}` stands for the hazard
+    where: Where | None = None  #: place of its hazards; None for any, or for no hazard
+    to_table: bool = False  #: whether its destination is a table
+    counts: bool = True  #: whether starting it counts as an intervention, and interrupts another one
+    leaves: State = State.AS_PLANNED  #: permanent state of its hazard when it is done
+    handles: bool = False  #: whether it needs the hand
 
     def describe(self, plan: FloorPlan, intervention: Intervention) -> str:
         """Return an intervention in words, such as "block stairwell 1"."""

@@ -17,11 +17,12 @@ from caregiver_mj.plans.cell_graph import BIN, CANDLE, FREE, STAIRWELL, TABLE, W
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import BATTERY, GATE, MUG
 from caregiver_mj.plans.layout import Layout
-from caregiver_mj.plans.request import Request, draw, pick
-from caregiver_mj.plans.rooms import Room, Shell, build_shell
+from caregiver_mj.plans.request import SEEDS, Request, draw, pick
+from caregiver_mj.plans.rooms import MAKERS, SHAPES, Room, Shell, build_shell
 from caregiver_mj.plans.routes import yielding
 
 _TRIES = (3, 60)  # least and greatest number of tries; larger houses get fewer
+_SHAPE_TRIES = 60
 _TRIED_CELLS = 30_000  # within outer walls, in all tries together
 _ROOM_SIDES = (3, 2, 1)  # cells; least length of a room's shorter side, in earlier and later tries
 DRIVING = 0.34  # m; clearance of the base's centre while driving: its radius of 0.27, and 0.07
@@ -67,6 +68,26 @@ def design(request: Request) -> tuple[FloorPlan, Shell]:
             return plan, shell
     *some, last = (f"{field} {count}" for field, count in counts.items())
     raise request.error(f"no way was found to fit {', '.join(some)} and {last} into {width} x {height} cells")
+
+
+def generate_shape(shape: str, seed: int) -> FloorPlan:
+    """Return the house of a shape and a seed, valid and drivable.
+
+    Raises:
+        FloorPlanError: The shape or the seed is invalid, or no valid house was found.
+    """
+    if shape not in SHAPES:
+        raise FloorPlanError(f"the shape must be one of {', '.join(SHAPES)}, got '{shape}'")
+    if not 0 <= seed < SEEDS:
+        raise FloorPlanError(
+            f"floor plan '{shape}-{seed}' cannot be made: the seed must be an integer from 0 to {SEEDS - 1}, got {seed}"
+        )
+    for attempt in range(_SHAPE_TRIES):
+        random = np.random.RandomState([[*SHAPES].index(shape), seed, attempt])
+        shell, counts = MAKERS[shape](random)
+        if plan := furnished(random, shell, counts, f"{shape}-{seed}"):
+            return plan
+    raise FloorPlanError(f"floor plan '{shape}-{seed}' cannot be made: no way was found")
 
 
 def furnished(random: np.random.RandomState, shell: Shell, counts: Sequence[int], name: str) -> FloorPlan | None:
@@ -183,15 +204,8 @@ def furnish(
 ) -> np.ndarray | None:
     """Furnish a house so that no thing divides a room, and each thing keeps a free cell beside it.
 
-    Args:
-        random: Source of randomness.
-        shell: The house without furniture.
-        fixtures: Numbers of stairwells and bins, by character.
-        tables: Numbers of tables, by character.
-        on_floor: Numbers of small things on the floor, by character.
-
-    Returns:
-        Characters (rows, columns), or None if a thing finds no place.
+    The numbers of things are by character; `fixtures` are stairwells and bins. Return the characters (rows, columns),
+    or None if a thing finds no place.
     """
     house = _Furnished(shell)
     of_tables = random.permutation(_each(tables)).tolist()

@@ -19,10 +19,10 @@ from collections.abc import Iterable, Mapping
 
 from caregiver_mj.errors import FloorPlanError
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.generator import design
+from caregiver_mj.plans.generator import design, generate_shape
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.plans.request import Request
-from caregiver_mj.plans.shapes import SHAPES, generate_shape
+from caregiver_mj.plans.rooms import SHAPES
 
 LARGEST_SET = 1000  # houses
 FIRST_SEEDS = {
