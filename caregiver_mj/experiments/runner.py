@@ -40,23 +40,20 @@ class DivergenceError(CaregiverError):
 
 
 class HouseRollout(Rollout):
-    """An episode in the house, control step by control step.
+    """An episode in the house, control step by control step, in an environment of `caregiver_mj.tasks.load`.
 
     It has the same states as `env.step` with the same actions, and makes only those time steps that somebody reads.
-
-    Attributes:
-        env: The environment, of `caregiver_mj.tasks.load`.
-        policy: The policy; None for a baseline, or if actions come from outside.
-        action: The policy's answer to it, zeros without a policy; None at the end of the episode.
-        steps: Control steps done.
-        which: Name of the episode in messages.
+    Baselines have no policy, nor has an episode whose actions come from outside.
     """
+
+    action: Any  #: the policy's answer to the last time step, zeros without a policy; None at the end of the episode
+    steps: int  #: control steps done
 
     def __init__(self, env: Any, policy: Any = None):
         from caregiver_mj.house.rendering import control  # here, for the grid does without MuJoCo
 
         self._physics_error = control.PhysicsError
-        self.env, self.policy, self.which = env, policy, "the episode"
+        self.env, self.policy, self.which = env, policy, "the episode"  # name in messages
         self._nothing = np.zeros(env.action_spec().shape)
         seconds = env.control_timestep()
         self._substeps, self._length = round(seconds / env.physics.timestep()), env.task.time_limit / seconds

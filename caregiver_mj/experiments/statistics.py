@@ -91,15 +91,10 @@ def comparison_rows(episodes: pd.DataFrame, caregiver: str, baseline: str) -> li
 
 
 def judged_together(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Judge comparisons together, with Holm's correction for their number.
+    """Judge rows of `comparison_rows` together, with Holm's correction for their number.
 
-    Args:
-        rows: Of `comparison_rows`, for one or more pairs of caregivers.
-
-    Returns:
-        The same rows with `<column>_p_holm`, corrected over all of them (None without a p), and `<column>_verdict` from
-        it and the interval: "less", "more" or "no verdict". A verdict at a margin becomes "no verdict" where its
-        `_p_holm` is too large.
+    They get `<column>_p_holm`, corrected over all of them (None without a p), and `<column>_verdict` from it and the
+    interval: "less", "more" or "no verdict". A verdict at a margin becomes "no verdict" where its p is too large.
     """
     names = [name for name in (*_BY_MARGIN, *COMPARED) if rows and f"{name}_p" in rows[0]]
     for name in names:
@@ -161,17 +156,12 @@ def _number(value: float) -> float | None:
 
 
 class Sample:
-    """Episodes of one caregiver with the same children, in one or more houses.
-
-    Attributes:
-        rows: A row an episode, ordered by house and by episode.
-        houses: Number of houses.
-    """
+    """Episodes of one caregiver with the same children: `rows`, a row an episode, in a number of `houses`."""
 
     def __init__(self, rows: pd.DataFrame):
         codes, names = pd.factorize(rows["house"], sort=True)
         order = np.lexsort((rows["episode"].to_numpy(), codes))
-        self.rows, self.houses = rows.iloc[order], len(names)
+        self.rows, self.houses = rows.iloc[order], len(names)  # rows by house and by episode
         self._starts = np.searchsorted(codes[order], np.arange(1, len(names)))
 
     def __len__(self) -> int:

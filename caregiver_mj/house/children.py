@@ -38,17 +38,13 @@ _ROUNDING = 1e-9  # metres, or m/s, that are none
 
 
 class HouseChild:
-    """One child of an episode.
+    """One child of an episode."""
 
-    Attributes:
-        behaviour: Decides its moves.
-        walk: How its body moves.
-        cell: Free cell in which its present move began.
-        goal: Toy bin that it wants to get to.
-        move: Its present move.
-        touched: Directions of all that it touches now and cannot push away, unit vectors (x, y).
-        holds: Whether it has taken a thing.
-    """
+    cell: int  #: free cell in which its present move began
+    goal: int  #: toy bin that it wants to get to
+    move: Move  #: its present move
+    touched: Sequence[tuple[float, float]]  #: directions of all that it touches now and cannot push away, unit vectors
+    holds: bool  #: whether it has taken a thing
 
     def __init__(
         self,
@@ -72,7 +68,7 @@ class HouseChild:
         self.put(self._plan.free_cells[cell], yaw)
         self.move = Move(self.cell, self.cell)
         self._bumped = self.holds = False
-        self.touched: Sequence[tuple[float, float]] = ()
+        self.touched = ()
         self._entry: Vector | None = None  # middle of the cell that it goes to, if the robot can be there
 
     @property
@@ -277,14 +273,10 @@ def _none(value: float) -> float:
 class Children(Sequence[HouseChild]):
     """All children of an episode, in the order in which they move; a move takes a novice timestep, in seconds.
 
-    Compliant ones give way to a push, see `CompliantBody`.
-
-    Attributes:
-        harm: The worst damage that any of them has taken in the present novice timestep.
-        state: What has become of each hazard, a `State`, (hazards,).
+    Compliant ones give way to a push, see `CompliantBody`. `state` is what has become of each hazard, (hazards,).
     """
 
-    harm = 0.0
+    harm = 0.0  #: the worst damage that any of them has taken in the present novice timestep
 
     def __init__(
         self,

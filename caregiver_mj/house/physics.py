@@ -38,18 +38,13 @@ _AWAKE = ("ntree_awake", "nbody_awake", "nparent_awake", "nv_awake")
 
 
 class Physics(OffscreenRendering, engine.Physics):
-    """The house's simulation.
+    """The house's simulation."""
 
-    Attributes:
-        touches: All contacts of the children during the last `step`.
-        touch_reader: Reads the contacts.
-        live: Views of the state, by key of observations, in their order; copy what you keep.
-        figures: Visible bodies of the children; none without visuals.
-        carried: Kind of each candle.
-        embodiment: The robot in the house, or None.
-    """
-
-    embodiment: Embodiment | None = None
+    embodiment: Embodiment | None = None  #: the robot in the house, or None
+    touches: list[Touch]  #: all contacts of the children during the last `step`
+    live: dict[str, np.ndarray]  #: views of the state, by key of observations, in their order; copy what you keep
+    figures: list[Figure]  #: visible bodies of the children; none without visuals
+    carried: tuple[HazardKind, ...]  #: kind of each candle
 
     def __init__(self, data: wrapper.MjData, embodiment: Embodiment | None = None):
         self.embodiment = embodiment
@@ -132,7 +127,7 @@ class Physics(OffscreenRendering, engine.Physics):
         self._panels = [model.geom(f"{gate}panel").id for gate in gates]
         self._embody(self.embodiment)
         self.figures = [Figure(model, child_prefix(k)) for k in range(children)] if self._has_visuals() else []
-        self.touches: list[Touch] = []
+        self.touches = []
 
     def _figure_states(self) -> list[dict[str, float]]:
         return [figure.state for figure in self.figures]

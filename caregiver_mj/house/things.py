@@ -27,15 +27,12 @@ _LENGTH = 0.30  # metres from the fingertips' middle to the farthest of a candle
 
 
 class Candles:
-    """Tracks the candles of one episode.
+    """Tracks the candles of one episode."""
 
-    Attributes:
-        table_rectangles: Actual rectangles of the tables, (tables, 4), m; see `plans.layout`.
-        table_heights: Heights of their tops, (tables,), m.
-        starting_tables: Index of the table on which each candle stood when the episode began.
-    """
+    starting_tables: list[int]  #: index of the table on which each stood when the episode began
 
     def __init__(self, table_rectangles: np.ndarray, table_heights: np.ndarray | None = None):
+        """Take the tables as they stand: rectangles as of `plans.layout`, (tables, 4), and heights, (tables,), m."""
         self.table_rectangles = table_rectangles
         usual = np.full(len(table_rectangles), layout.TABLE_HEIGHT)
         self.table_heights = usual if table_heights is None else table_heights

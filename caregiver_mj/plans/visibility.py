@@ -74,10 +74,8 @@ FULL = Sight()
 class Visibility:
     """The free cells in view from each caregiver cell.
 
-    Attributes:
-        seen: Whether each free cell is in view from a cell with a heading, a move or `ALL_ROUND`, bool (caregiver
-            cells, moves + 1, free cells). The caregiver's own cell always is.
-        ceiling: Caregiver cells under ceiling cameras.
+    `seen` tells whether each is from a cell with a heading, a move or `ALL_ROUND`, bool (caregiver cells, moves + 1,
+    free cells). The caregiver's own cell always is. `ceiling` are the caregiver cells under ceiling cameras.
     """
 
     def __init__(self, plan: FloorPlan, sight: Sight):
