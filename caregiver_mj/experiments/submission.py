@@ -27,7 +27,6 @@ from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.experiments import two_level
 from caregiver_mj.experiments.evaluation import Tables, belongs, sum_up, tables_of
 from caregiver_mj.experiments.finished import read_finished
-from caregiver_mj.experiments.harm import HOW, Harm
 from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.experiments.provenance import difference, source_digest, versions
 from caregiver_mj.experiments.run_folder import Result, read_block, write_whole
@@ -35,7 +34,7 @@ from caregiver_mj.experiments.runner import MAPS, check_answers, run_block
 from caregiver_mj.experiments.score import with_costs
 from caregiver_mj.experiments.settings import GRID_BLOCK, Block, Settings
 from caregiver_mj.experiments.spec import NOBODY, SUPERVISE
-from caregiver_mj.experiments.summary import judge_run
+from caregiver_mj.experiments.summary import HOW, Harm, judge_run
 from caregiver_mj.experiments.workers import Executor
 from caregiver_mj.outside import markdown, parse_json, plain
 from caregiver_mj.plans.hazards import KINDS
