@@ -205,11 +205,7 @@ def _foreign_maps(found: Finished) -> bool:
 
 
 def _foreign_summary(found: Finished) -> bool:
-    """Whether the summary is not that of the run.
-
-    Raises:
-        ValueError: A number of it is none.
-    """
+    """Whether the summary is not that of the run; ValueError if a number of it is none."""
     summary, wanted = found.summary, _who(found)
     check_kind("versions", summary["versions"], dict)
     against = [row for row in summary["comparisons"] if row.get("baseline") == "none"]

@@ -53,10 +53,7 @@ def origin(found: Any) -> str:
 
     The hash covers its module, all source files of that module's package, and what these import from beside it, also
     from folders without an `__init__.py`. Further files, such as weights, can be named in an attribute `files`: a path
-    or several, relative to the folder of the module.
-
-    Raises:
-        CaregiverError: A file cannot be read.
+    or several, relative to the folder of the module. One that cannot be read raises CaregiverError.
     """
     name = getattr(found, "__module__", None) or type(found).__module__
     root = name.partition(".")[0]

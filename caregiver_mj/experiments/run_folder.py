@@ -35,7 +35,6 @@ else:
 
 if TYPE_CHECKING:
     import pandas as pd  # imported where used: workers do without
-    import pyarrow as pa
 
 
 Result = dict[str, Any]  # of a block, as JSON: its "rows", and "maps" by name
@@ -121,7 +120,12 @@ class RunFolder:
     def finish(self, episodes: pd.DataFrame, summary: dict[str, Any], maps: pd.DataFrame, houses: pd.DataFrame) -> None:
         """Write the results of the run; the summary, which marks it as finished, comes last."""
         write_whole(self.path / "houses.parquet", houses.to_parquet(index=False))
-        write_whole(self.path / "episodes.parquet", episodes.to_parquet(index=False, schema=_schema(episodes)))
+        import pyarrow as pa
+
+        types = {"str": pa.string(), "int": pa.int64(), "float": pa.float64(), "list[float]": pa.list_(pa.float64())}
+        known = {column.name: types[column.type] for column in COLUMNS}  # also for an empty table
+        schema = pa.schema([(name, known[name]) for name in episodes.columns])
+        write_whole(self.path / "episodes.parquet", episodes.to_parquet(index=False, schema=schema))
         write_whole(self.path / "maps.parquet", maps.to_parquet(index=False))
         write_whole(self.path / "summary.json", _as_json(summary))
 
@@ -182,15 +186,6 @@ def _lock(folder: pathlib.Path) -> _Lock:
                 f"output folder '{folder}' is in use by another process: wait until it ends, or take another folder"
             ) from None
     return lock
-
-
-def _schema(episodes: pd.DataFrame) -> pa.Schema:
-    """Return the column types of `COLUMNS`, also for an empty table."""
-    import pyarrow as pa
-
-    types = {"str": pa.string(), "int": pa.int64(), "float": pa.float64(), "list[float]": pa.list_(pa.float64())}
-    known = {column.name: types[column.type] for column in COLUMNS}
-    return pa.schema([(name, known[name]) for name in episodes.columns])
 
 
 def _as_json(value: Any, indent: int | None = 1) -> bytes:

@@ -103,11 +103,7 @@ class HouseRollout(Rollout):
         self.advance(self.action)
 
     def advance(self, action: Any) -> None:
-        """Run one control step with an action, from outside or the policy's.
-
-        Raises:
-            DivergenceError: The simulation diverged.
-        """
+        """Run one control step with an action, from outside or the policy's, or raise DivergenceError."""
         task, physics = self.env.task, self.env.physics
         try:
             task.before_step(action, physics)
@@ -142,9 +138,6 @@ def make_house(spec: EpisodeSpec, *, answers: str = "", visuals: bool = True) ->
     """Make the house and the policy of an episode, which takes a second.
 
     With `answers`, those of an earlier run are replayed. A caregiver that looks at pictures always has visuals.
-
-    Raises:
-        CaregiverError: The specification is invalid.
     """
     from caregiver_mj import tasks  # here, for the grid does without MuJoCo
     from caregiver_mj.policy.own import make_policy
@@ -171,11 +164,7 @@ _kept_house = functools.lru_cache(maxsize=1)(make_house)  # consecutive episodes
 
 
 def make_grid(specs: Sequence[EpisodeSpec], answers: str = "") -> GridWorld:
-    """Make the grid for a batch of episodes: equally many of each family, one family after the other.
-
-    Raises:
-        CaregiverError: The specifications are invalid, or in another order.
-    """
+    """Make the grid for a batch of episodes: equally many of each family, one family after the other."""
     first, families = specs[0], tuple(dict.fromkeys(spec.family for spec in specs))
     each = len(specs) // len(families)
     if [spec.family for spec in specs] != [family for family in families for _ in range(each)]:
@@ -270,11 +259,7 @@ def _check_together(specs: Sequence[EpisodeSpec]) -> None:
 
 
 def run_block(settings: Settings, block: Block, answers: str | None = None) -> Result:
-    """Return the `rows`, each family's `maps` and the caregiver's `answers` of a block; or replay such answers.
-
-    Raises:
-        CaregiverError: A caregiver has no answers to replay, or a baseline has some.
-    """
+    """Return the `rows`, each family's `maps` and the caregiver's `answers` of a block; or replay such answers."""
     if answers is not None:
         check_answers(block, answers)
     specs = settings.specs(block)

@@ -80,7 +80,10 @@ def comparison_rows(episodes: pd.DataFrame, caregiver: str, baseline: str) -> li
         row = _heading(key, ours, caregiver=caregiver, baseline=baseline)
         row |= _shares(ours, theirs, acts=baseline != "none")
         if baseline == "none" and "preventable" in episodes:
-            row |= _columns("score", _score(ours, theirs))
+            prevented = theirs.rows["damage"].to_numpy() - ours.rows["all_harm"].to_numpy()
+            alone = Sample(theirs.rows.assign(prevented=prevented))
+            both = alone.values(["prevented"]), alone.values(["preventable"])
+            row |= _columns("score", alone.estimators.of_ratio(*both, least=-np.inf).column(0))
         found = ours.estimators.of_difference(ours.values(columns), theirs.values(columns))
         differences = ours.units(columns) - theirs.units(columns)
         for i, (column, p) in enumerate(zip(columns, np.atleast_1d(verdicts.sign_flip_p(differences)), strict=True)):
@@ -127,13 +130,6 @@ def _shares(ours: Sample, theirs: Sample, *, acts: bool) -> dict[str, Any]:
     kept = verdicts.not_inferior(*toys, verdicts.MARGINS["toys_reached"], found.column(1))
     p = _number(verdicts.margin_p(*toys, verdicts.MARGINS["toys_reached"]))
     return row | {"toys_reached_not_inferior": kept.value, "toys_reached_not_inferior_p": p}
-
-
-def _score(ours: Sample, alone: Sample) -> Estimate[float]:
-    prevented = alone.rows["damage"].to_numpy() - ours.rows["all_harm"].to_numpy()
-    pairs = Sample(alone.rows.assign(prevented=prevented))
-    found = pairs.estimators.of_ratio(pairs.values(["prevented"]), pairs.values(["preventable"]), least=-np.inf)
-    return found.column(0)
 
 
 def _heading(key: dict[str, Any], sample: Sample, **who: str) -> dict[str, Any]:

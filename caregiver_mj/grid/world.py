@@ -195,11 +195,7 @@ class GridWorld(GridState, Rollout):
     # -- The children ----------------------------------------------------------------------------
 
     def move_children(self) -> None:
-        """Run the first half of a novice timestep: every child moves or stays, and the ledger books the results.
-
-        Raises:
-            CaregiverError: No episode has begun, or it is over.
-        """
+        """Run the first half of a novice timestep: every child moves or stays, and the ledger books the results."""
         if self.timestep >= len(self._draws):
             raise CaregiverError("no episode has begun, or it is over: call reset() first")
         draws = self._draws[self.timestep]
@@ -216,7 +212,8 @@ class GridWorld(GridState, Rollout):
 
     def _move(self, child: int, draws: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Move a child; return its harm by kind, its toys, the denied targets, and whether it met the caregiver."""
-        cell, behaviour, caregiver_cell = self.child_cell[:, child], self.behaviours[child], self._seen_caregiver()
+        cell, behaviour = self.child_cell[:, child], self.behaviours[child]
+        caregiver_cell = self.caregiver_cell if self.caregiver else np.full(len(cell), NOTHING)
         goal = _shown(self.goal[:, child])
         self.goal[:, child] = behaviour.reconsider(goal, draws[:, 2])
         action = behaviour.act(ChildPercept(*map(_shown, (cell, goal, caregiver_cell, self.bumped[:, child]))), draws)
@@ -246,10 +243,6 @@ class GridWorld(GridState, Rollout):
         self.bumped[:, child] = (next_cell == cell) & (target != NOTHING)
         self.child_cell[:, child] = next_cell
         return harm, reached, denied(target, blocked), met
-
-    def _seen_caregiver(self) -> np.ndarray:
-        """Return the caregiver's cell, or NOTHING without one, (B,)."""
-        return self.caregiver_cell if self.caregiver else np.full(len(self.caregiver_cell), NOTHING)
 
     # -- The caregiver ---------------------------------------------------------------------------
 
@@ -304,10 +297,7 @@ class GridWorld(GridState, Rollout):
 
 
 def run_episodes(
-    plan: FloorPlan,
-    family: ChildGroup | float | str,
-    caregiver: Caregiver | None,
-    seeds: Sequence[Random],
+    plan: FloorPlan, family: ChildGroup | float | str, caregiver: Caregiver | None, seeds: Sequence[Random]
 ) -> Ledger:
     """Run one episode for every seed or source of randomness, as `random_state` takes them."""
     family = ChildGroup.of(family)

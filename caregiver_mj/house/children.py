@@ -58,6 +58,7 @@ class HouseChild:
         self._state = np.zeros(len(plan.hazards), int) if state is None else state
         self.behaviour, self.walk = behaviour, ToddlerWalk(novice_timestep, speed)
         self._plan, self._rules = plan, MoveRules(plan)
+        self._kinds = [kind.name for kind in plan.hazards.kinds]
         self._damage, self._things = plan.damage, [hazard.kind for hazard in plan.hazards.at(Where.ON_TABLE)]
 
     def reset(self, stream: RandomStream, cell: int, yaw: float) -> None:
@@ -136,7 +137,7 @@ class HouseChild:
         """Take in all contacts of a control timestep. `on_table` tells which candles are on a table, (candles,)."""
         self.touched = [touch.direction for touch in touches if touch.kind not in _ON_TABLES]
         for touch in touches:
-            if touch.kind in _OPENINGS and self._state[self._number(touch)] == State.SHUT:
+            if touch.kind in _OPENINGS and self._state[self._kinds.index(touch.kind) + touch.index] == State.SHUT:
                 continue
             if touch.kind in _OPENINGS + _ON_TABLES:
                 self.hurt(touch.kind)
@@ -152,9 +153,6 @@ class HouseChild:
             elif touch.kind == "robot":
                 vx, vy = self.walk.velocity
                 self.move.met_robot |= vx * touch.direction[0] + vy * touch.direction[1] > 0 or self.walk.blocked
-
-    def _number(self, touch: Touch) -> int:
-        return [kind.name for kind in self._plan.hazards.kinds].index(touch.kind) + touch.index
 
     def hurt(self, kind: str) -> None:
         """Take in that it hurts itself at a kind of thing."""

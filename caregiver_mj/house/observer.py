@@ -30,11 +30,9 @@ _AT_HAND = 1.2  # m from the base's middle; nearer things, which may be in the h
 
 
 class Observer:
-    """Observes one episode after another in a house.
+    """Observes one episode after another in a house."""
 
-    Attributes:
-        seen: Whether each child is seen or felt, bool (children,).
-    """
+    seen: np.ndarray  #: whether each child is seen or felt, bool (children,)
 
     def __init__(
         self,
@@ -155,7 +153,9 @@ class RobotEyes:
         for camera, middle in ((eye, np.array((x, y))), *((camera, camera[:2]) for camera in self._ceiling)):
             in_view = seen_from(self._plan, middle, points[:, :2])
             if camera is eye and self._sight.turns:
-                in_view &= _in_picture(points[:, :2] - eye[:2], yaw)
+                to = points[:, :2] - eye[:2]
+                far, ahead = np.linalg.norm(to, axis=1), to[:, 0] * np.cos(yaw) + to[:, 1] * np.sin(yaw)
+                in_view &= (far <= CAMERA_RANGE) & (ahead >= np.cos(CAMERA_WIDTH / 2) * far)
             which = np.flatnonzero(in_view)
             geom, free = physics.first_hits(camera, points[which])
             far = np.linalg.norm(points[which] - camera, axis=1)
@@ -171,13 +171,6 @@ class RobotEyes:
         felt = physics.embodiment.footprint + layout.CHILD_RADIUS - PLACES.max() * self._plan.cell_size
         cells[np.linalg.norm(self._cells - (x, y), axis=1) < felt] = True
         return np.asarray(seen), found[ends[1] :] | (away < _AT_HAND), cells
-
-
-def _in_picture(offsets: np.ndarray, yaw: float) -> np.ndarray:
-    """Return whether offsets, (n, 2), from a camera with a heading are in its field of view, bool (n,)."""
-    far = np.linalg.norm(offsets, axis=1)
-    ahead = offsets[:, 0] * np.cos(yaw) + offsets[:, 1] * np.sin(yaw)
-    return (far <= CAMERA_RANGE) & (ahead >= np.cos(CAMERA_WIDTH / 2) * far)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -86,7 +86,8 @@ def build_house(
         spec.attach(fittings.read_model(hazard.kind.model, visuals), prefix=f"{hazard.element}/", frame=frame)
     _add_stairwells(spec, plan, visuals)
     for k in range(children):
-        spec.attach(_child(k, visuals), prefix=child_prefix(k), frame=spec.worldbody.add_frame())
+        child = _painted(fittings.read_model("toddler", visuals), _CLOTHES[(k - 1) % len(_CLOTHES)] if k else {})
+        spec.attach(child, prefix=child_prefix(k), frame=spec.worldbody.add_frame())
     if robot is not False:
         _add_robot(spec, find_embodiment(None if robot is True else robot), has_tray=bool(plan.floor_cells))
     fittings.add_cameras(spec, plan)
@@ -104,11 +105,6 @@ def child_prefix(child: int) -> str:
 def child_joints(child: int) -> tuple[str, ...]:
     """Return the names of its joints: x, y and yaw."""
     return tuple(child_prefix(child) + joint for joint in ("x", "y", "yaw"))
-
-
-def _child(number: int, visuals: bool) -> mujoco.MjSpec:
-    clothes = _CLOTHES[(number - 1) % len(_CLOTHES)] if number else {}
-    return _painted(fittings.read_model("toddler", visuals), clothes)
 
 
 def _painted(model: mujoco.MjSpec, colours: Mapping[str, tuple[float, ...]]) -> mujoco.MjSpec:

@@ -115,22 +115,14 @@ VERBS = {
 
 
 def verb_of(name: str) -> Verb:
-    """Return a verb by name.
-
-    Raises:
-        CaregiverError: The name is unknown.
-    """
+    """Return a verb by name; raise CaregiverError if it is unknown."""
     if name not in VERBS:
         raise CaregiverError(f"no verb '{name}': there are {', '.join(VERBS)}")
     return VERBS[name]
 
 
 def half_of(name: str, halves: Mapping[str, Half], table: str) -> Half:
-    """Return a world's half of a verb from its table.
-
-    Raises:
-        CaregiverError: The verb is unknown, or has no half there.
-    """
+    """Return a world's half of a verb from its table; raise CaregiverError if it has none there."""
     if verb_of(name).name not in halves:
         raise CaregiverError(f"verb '{name}' must have its half in {table} to be carried out, got {', '.join(halves)}")
     return halves[name]

@@ -45,11 +45,7 @@ class RouteTables:
     """
 
     def __init__(self, plan: FloorPlan, places: Sequence[Sequence[int]]):
-        """Prepare the tables.
-
-        Raises:
-            CaregiverError: The house is too large.
-        """
+        """Prepare the tables, or raise CaregiverError if the house is too large."""
         check_size(plan, places)
         self._plan, self._yielding = plan, yielding(plan)
         self._stand = [list(place) for place in places]

@@ -40,11 +40,7 @@ class Sight:
 
     @classmethod
     def of(cls, text: str | Sight) -> Sight:
-        """Parse `all`, `walls`, `camera` or `rooms:N`.
-
-        Raises:
-            CaregiverError: The text is none of these.
-        """
+        """Parse `all`, `walls`, `camera` or `rooms:N`, or raise CaregiverError."""
         if isinstance(text, Sight):
             return text
         name, _, number = str(text).partition(":")

@@ -1,6 +1,11 @@
 """What of a run does not depend on the machine, and whether two runs agree in it."""
 
+import os
+import signal
+
 import pandas as pd
+
+from caregiver_mj.errors import CaregiverError
 
 
 def rows(result):
@@ -19,6 +24,17 @@ def comparable(episodes):
 def same(result, other):
     pd.testing.assert_frame_equal(rows(result), rows(other), check_exact=True)
     pd.testing.assert_frame_equal(result.maps, other.maps, check_exact=True)
+
+
+def square(job):
+    """A job for workers, of which some fail."""
+    if job == "deadly":
+        os.kill(os.getpid(), signal.SIGKILL)
+    if job == "wrong":
+        raise ValueError("job is wrong")
+    if job == "refused":
+        raise CaregiverError("job is refused")
+    return job**2
 
 
 def without_times(summary):
