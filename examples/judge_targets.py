@@ -24,7 +24,7 @@ from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.children.child_group import ChildGroup, side_by_side
 from caregiver_mj.envs.target_grid import GridTargetsVector, TargetGrid
-from caregiver_mj.experiments.blocks import run_block
+from caregiver_mj.experiments.runner import run_block
 from caregiver_mj.experiments.settings import EPSILONS, Settings
 from caregiver_mj.experiments.spec import BARE_TABLES, episode_seed
 from caregiver_mj.plans.floor_plan import FloorPlan

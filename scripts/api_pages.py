@@ -5,6 +5,7 @@ They are plain Markdown, to be read on a source host and on the site alike. `scr
 
 from __future__ import annotations
 
+import dataclasses
 import enum
 import functools
 import importlib
@@ -40,6 +41,7 @@ ROOMS = {
 }
 _MOST = 20  # parameters that a signature shows
 _SECTION = re.compile(r"^(Args|Attributes|Returns|Raises|Yields|Example|Examples|Note):\n", re.M)
+_FIELD = re.compile(r"((?:^    #.*\n)*)^    (\w+): [^#\n]+?(?:  #: (.*))?$", re.M)
 _ENTRY = re.compile(r"^    (\*{0,2}\w+)(?: \([^)]*\))?: (.*(?:\n {5,}.*)*)", re.M)
 
 
@@ -155,7 +157,17 @@ def _entries(one: Any) -> str:
     parts = _SECTION.split(inspect.getdoc(one) or "")
     named = dict(zip(parts[1::2], parts[2::2], strict=True))
     text = named.get("Args", "") + named.get("Attributes", "")
-    return "\n".join(f"- `{name}`: {' '.join(words.split())}" for name, words in _ENTRY.findall(text))
+    entries = _ENTRY.findall(text) + (_fields(one) if dataclasses.is_dataclass(one) else [])
+    return "\n".join(f"- `{name}`: {' '.join(words.split())}" for name, words in entries)
+
+
+def _fields(kind: type) -> list[tuple[str, str]]:
+    """The fields of a class's own that have a comment `#:`, behind them or before."""
+    try:
+        found = _FIELD.findall(inspect.getsource(kind))
+    except OSError:  # of a class that is made of others' names
+        return []
+    return [(name, behind or re.sub(r"#:?", "", before)) for before, name, behind in found if before or behind]
 
 
 def main() -> None:

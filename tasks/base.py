@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import collections
 import dataclasses
+import functools
 import numbers
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar
@@ -16,14 +17,12 @@ from caregiver_mj.children.child_group import ChildGroup, ChildrenLike
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS, Random, RandomStream, random_state, start_cells
 from caregiver_mj.children.walk import WALKING_SPEED, check_speed, novice_timestep
 from caregiver_mj.errors import CaregiverError, UnknownOptionError, check_kind, check_number
-from caregiver_mj.house.candles import Candles, watch_candle
 from caregiver_mj.house.children import Children
-from caregiver_mj.house.observer import Observer
+from caregiver_mj.house.observer import Observer, TaskInfo
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.rendering import control
 from caregiver_mj.house.sensing import Sensing
-from caregiver_mj.house.task_info import TaskInfo
-from caregiver_mj.house.things import Things
+from caregiver_mj.house.things import Candles, Things, watch_candle
 from caregiver_mj.interventions.verb import Intervention
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan, check_starts
@@ -277,7 +276,7 @@ class CareTask(control.Task):
     def after_step(self, physics: Physics) -> None:
         if physics.touches:
             self.contacts.take_in(physics.touches, physics.timestep(), physics.time(), self.children.shut_gates)
-        self.children.take_in(physics, self.candles)
+        self.children.take_in(physics, functools.partial(self.candles.are_on, physics))
         if self.has_robot:
             watch_candle(physics, self.control_timestep, self.contacts)
         if self.plan.mouths:

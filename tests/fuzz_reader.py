@@ -19,12 +19,8 @@ import pandas as pd
 from caregiver_mj import cli
 from caregiver_mj.caregivers.answers import replayed
 
-READERS, COUNT, GIVEN, SCRATCH = (
-    sys.argv[1].split(","),
-    int(sys.argv[2]),
-    pathlib.Path(sys.argv[3]),
-    pathlib.Path(sys.argv[4]),
-)
+READERS, COUNT = sys.argv[1].split(","), int(sys.argv[2])
+GIVEN, SCRATCH = map(pathlib.Path, sys.argv[3:5])
 ODD = [
     None,
     True,
@@ -42,16 +38,8 @@ ODD = [
     [],
     {},
 ]
-ODD += [
-    "antigravity:x",
-    "os:abort",
-    "http://127.0.0.1:9/x",
-    "chat:X",
-    "[/foo]",
-    "venv.__main__:x:0.5",
-    "](javascript:a)",
-    "$\\frac{$",
-]
+ODD += ["antigravity:x", "os:abort", "http://127.0.0.1:9/x", "chat:X", "[/foo]", "venv.__main__:x:0.5"]
+ODD += ["](javascript:a)", "$\\frac{$"]
 ODD += [[[[[]]]], {"a": [{}]}, ["none"], "none", "floor", "house", "grid", "../../etc/passwd", "/dev/zero", "1" * 5000]
 SEEN = []
 FORBIDDEN = ("socket.", "subprocess.Popen", "os.exec", "os.system", "os.posix_spawn", "os.fork")

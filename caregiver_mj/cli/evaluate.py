@@ -18,7 +18,6 @@ from caregiver_mj.cli import parsing
 from caregiver_mj.cli.runs import output, print_harm, print_rows, print_table
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import evaluation
-from caregiver_mj.experiments.blocks import try_all
 from caregiver_mj.experiments.run_folder import RunFolder, StorageError
 from caregiver_mj.experiments.settings import EPSILONS, Settings
 from caregiver_mj.experiments.spec import BARE_TABLES, WORLDS
@@ -116,7 +115,7 @@ def _settings(arguments: argparse.Namespace, exchanges: pathlib.Path) -> Setting
         raise CaregiverError("--resume requires --out DIR, the folder of the run")
     for name in () if arguments.resume else settings.caregivers:  # a run with a human player may be resumed
         check_acts_alone(name)
-    try_all(settings)
+    evaluation.try_all(settings)
     return settings
 
 

@@ -11,9 +11,9 @@ from caregiver_mj.cli import fail, parsing
 from caregiver_mj.errors import CaregiverError, FloorPlanError
 from caregiver_mj.plans.cell_graph import BIN, FREE, LEGEND, WALL
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.generator import generate
+from caregiver_mj.plans.generator import generate, generate_shape
 from caregiver_mj.plans.hazards import KINDS
-from caregiver_mj.plans.shapes import SHAPES, generate_shape
+from caregiver_mj.plans.rooms import SHAPES
 from caregiver_mj.robot.embodiments import EMBODIMENTS, find_embodiment
 
 # Style of each kind of cell in `house show`.

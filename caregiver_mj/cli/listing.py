@@ -13,8 +13,8 @@ from caregiver_mj.cli.house import describe
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.spec import BARE_TABLES
 from caregiver_mj.plans.floor_plan import FloorPlan, house_names
+from caregiver_mj.plans.rooms import SHAPES
 from caregiver_mj.plans.sets import DRAWN, FIRST_SEEDS, SETS
-from caregiver_mj.plans.shapes import SHAPES
 from caregiver_mj.recording.steps import RANDOM, TARGETS
 from caregiver_mj.registry import Registry, summary
 from caregiver_mj.robot.embodiments import EMBODIMENTS

@@ -17,9 +17,9 @@ from caregiver_mj.caregivers.registry import PLAYERS, find_caregiver
 from caregiver_mj.cli import parsing
 from caregiver_mj.cli.runs import output, print_table
 from caregiver_mj.errors import CaregiverError, RenderingError
-from caregiver_mj.experiments.blocks import run_block
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.run_folder import RunFolder
+from caregiver_mj.experiments.runner import run_block
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.outside import plain
 from caregiver_mj.tasks import TASKS

@@ -40,11 +40,7 @@ class DaskExecutor(Executor):
     """
 
     def __init__(self, address: str, timeout: float = TIMEOUT):
-        """Connect to a scheduler.
-
-        Args:
-            address: As `dask scheduler` prints it, such as `tcp://10.0.0.1:8786`.
-            timeout: Seconds to wait for it, and then for its first worker.
+        """Connect to a scheduler at an address such as `tcp://10.0.0.1:8786`, waiting `timeout` s for it and a worker.
 
         Raises:
             MissingExtraError: Dask is not installed.
@@ -94,7 +90,6 @@ class DaskExecutor(Executor):
                 raise CaregiverError(f"worker {worker} differs from this machine: it has {other}")
 
     def check(self, code: Code) -> None:
-        """See `Executor`."""
         wanted = dict(code())
         for worker, (failure, found) in self._client.run(_tell, code).items() if wanted else ():
             if failure:
@@ -105,7 +100,6 @@ class DaskExecutor(Executor):
     def run(
         self, function: Callable[[Job], Result], jobs: Sequence[Job], code: Code = dict
     ) -> Generator[tuple[Job, Result]]:
-        """See `Executor`."""
         client, name = self._client, f"caregiver_mj-{uuid.uuid4().hex}"
         # The function is the result of a job, so workers pass it on to each other and remake it if they die.
         do = functools.partial(_do, function, {**fingerprint(), **code()}, code)
@@ -148,7 +142,6 @@ class DaskExecutor(Executor):
         raise WorkerError(f"{job}: {''.join(traceback.format_exception(error))}")
 
     def close(self) -> None:
-        """See `Executor`."""
         self._client.close()
 
 

@@ -9,21 +9,33 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import functools
+import sys
 import tempfile
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from caregiver_mj.caregivers.registry import check_acts_alone
+import numpy as np
+
+from caregiver_mj.caregivers.registry import check_acts_alone, find_caregiver, is_caregiver, make_caregiver
 from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.errors import CaregiverError, check_kind
-from caregiver_mj.experiments.blocks import Tables, belongs, merge, run_block, tables_of, try_all
-from caregiver_mj.experiments.run_folder import RunFolder
+from caregiver_mj.experiments.run_folder import Result, RunFolder
+from caregiver_mj.experiments.runner import MAPS, make_house, run_block
 from caregiver_mj.experiments.settings import GRID_BLOCK, Block, Settings
+from caregiver_mj.experiments.spec import BARE_TABLES, episode_seed
 from caregiver_mj.experiments.summary import by_house, summarise
 from caregiver_mj.experiments.workers import Executor, LocalExecutor
+from caregiver_mj.plans.floor_plan import check_house
+from caregiver_mj.recording.record import COLUMNS
 
 if TYPE_CHECKING:
     import pandas as pd  # imported where used: workers, and commands that only read a plan, do without
+
+
+_WHICH = ("world", "house", "caregiver", "family", "episode", "seed")
+_TYPES = {column.name: column.type for column in COLUMNS}
+_TEXTS = [name for name, kind in _TYPES.items() if kind == "str"]
+_LARGEST = 2.0**53  # integers below this are exact in a float: no count reaches it
 
 
 @dataclasses.dataclass(frozen=True)
@@ -105,3 +117,102 @@ def sum_up(settings: Settings, parts: Sequence[Tables]) -> Evaluation:
     episodes, maps = merge(settings, parts)
     houses = by_house(episodes)
     return Evaluation(episodes, summarise(settings, episodes, houses), maps, houses)
+
+
+@functools.lru_cache(maxsize=1)  # called before a folder is made, and again by `evaluate`
+def try_all(settings: Settings) -> None:
+    """Raise CaregiverError unless all caregivers, policies and children can be made, before hours are spent.
+
+    A caregiver of the package takes milliseconds. A policy of the robot's actions takes a second, in the first house.
+    """
+    for plan in settings.plans:
+        for family in settings.families:
+            family.make(plan)
+        for name in settings.caregivers:
+            found = None if name == BARE_TABLES else find_caregiver(name, queries=settings.queries)
+            if found is not None and is_caregiver(found):
+                check_house(make_caregiver(name, plan, settings.seed, settings.queries), plan)
+            elif found is not None and plan is settings.plans[0]:
+                make_house(settings.spec(plan, settings.families[0], name), visuals=False)
+
+
+# -- Tables of a block or of a run ---------------------------------------------------------------------
+
+
+class Tables(NamedTuple):
+    """The tables of a block or of a run."""
+
+    episodes: pd.DataFrame  # a row an episode
+    maps: pd.DataFrame  # a row for each caregiver, family and free cell
+
+
+def tables_of(settings: Settings, block: Block, result: Result) -> Tables:
+    """Return the tables of one block."""
+    import pandas as pd
+
+    episodes = pd.DataFrame(result["rows"])
+    for column in _TEXTS:
+        episodes[column] = [sys.intern(text) for text in episodes[column]]
+    plan = settings.house_of(block)
+    row, column = np.array(plan.free_cells).T
+    maps = []
+    for family in block.families:
+        what: dict[str, Any] = {"world": settings.world, "house": plan.name, "caregiver": block.caregiver}
+        what |= {"family": str(family), "epsilon": family.epsilon}
+        maps.append(pd.DataFrame(what | {"row": row, "column": column} | result["maps"][str(family)]))
+    return Tables(episodes, pd.concat(maps, ignore_index=True))
+
+
+def belongs(settings: Settings, block: Block, result: Result) -> bool:
+    """Return whether a result found in a folder is of this block: it has all rows, and a map for each family."""
+    plan = settings.house_of(block)
+    try:
+        found = [tuple(row[key] for key in _WHICH) for row in result["rows"]]
+        families = {str(family) for family in block.families}
+        maps = [result["maps"][str(family)][name] for family in block.families for name in MAPS]
+        rows = [[_fits(row[name], kind) for name, kind in _TYPES.items()] for row in result["rows"]]
+        if any(row.keys() != _TYPES.keys() for row in result["rows"]) or not all(map(all, rows)):
+            return False
+        if not all(_fits(values, "list[float]") for values in maps) or result["maps"].keys() != families:
+            return False
+        if any(of_family.keys() != {*MAPS} for of_family in result["maps"].values()):
+            return False
+    except (AttributeError, KeyError, TypeError):
+        return False
+    who = settings.world, plan.name, block.caregiver
+    wanted = [
+        (*who, str(family), episode, episode_seed(settings.seed, episode))
+        for family in block.families
+        for episode in block.numbers
+    ]
+    return found == wanted and {*map(len, maps)} == {len(plan.free_cells)}
+
+
+def _fits(value: Any, kind: str) -> bool:
+    """Whether a value fits a column's type; numbers must be finite and not negative."""
+    if kind == "str":
+        return isinstance(value, str)
+    if kind == "list[float]":
+        return isinstance(value, list) and all(_fits(one, "float") for one in value)
+    kinds = (int, float) if kind == "float" else (int,)
+    return isinstance(value, kinds) and not isinstance(value, bool) and 0 <= value < _LARGEST
+
+
+def merge(settings: Settings, blocks: Sequence[Tables]) -> Tables:
+    """Merge the tables of a run's blocks, ordered by house, family and caregiver."""
+    import pandas as pd
+
+    episodes = pd.concat([block.episodes for block in blocks], ignore_index=True)
+    maps = pd.concat([block.maps for block in blocks], ignore_index=True)
+    orders = {
+        "house": {plan.name: i for i, plan in enumerate(settings.plans)},
+        "family": {str(family): i for i, family in enumerate(settings.families)},
+        "caregiver": {name: i for i, name in enumerate(settings.caregivers)},
+    }
+
+    def in_order(table: pd.DataFrame) -> pd.DataFrame:
+        in_turn = functools.partial(table.sort_values, [*orders], kind="stable", ignore_index=True)
+        return in_turn(key=lambda column: column.map(orders[column.name]))
+
+    keys = [column for column in maps if column not in MAPS]
+    return Tables(in_order(episodes), in_order(maps.groupby(keys, sort=False, as_index=False)[list(MAPS)].sum()))

@@ -15,12 +15,11 @@ import pandas as pd
 from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.experiments import statistics
-from caregiver_mj.experiments.blocks import Tables
-from caregiver_mj.experiments.evaluation import sum_up
-from caregiver_mj.experiments.harm import judge
+from caregiver_mj.experiments.evaluation import Tables, sum_up
 from caregiver_mj.experiments.run_folder import RunFolder, describe_differences, read_json, unlike
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.spec import BARE_TABLES
+from caregiver_mj.experiments.summary import judge
 from caregiver_mj.outside import LARGEST_PIECE, LARGEST_RATIO, LARGEST_TABLE, limited_memory, plain, read_file
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.recording.record import MEASURES
@@ -206,11 +205,7 @@ def _foreign_maps(found: Finished) -> bool:
 
 
 def _foreign_summary(found: Finished) -> bool:
-    """Whether the summary is not that of the run.
-
-    Raises:
-        ValueError: A number of it is none.
-    """
+    """Whether the summary is not that of the run; ValueError if a number of it is none."""
     summary, wanted = found.summary, _who(found)
     check_kind("versions", summary["versions"], dict)
     against = [row for row in summary["comparisons"] if row.get("baseline") == "none"]

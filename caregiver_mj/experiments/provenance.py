@@ -24,7 +24,7 @@ _DIGITS = 16  # of a hash; plenty to distinguish versions
 OWN = __name__.partition(".")[0]  # name of the package
 _INSTALLED = ("site-packages", "dist-packages")  # folders in which neighbours of a module do not belong to it
 _PLACES = (OWN, f"{OWN}.tasks", f"{OWN}.models")  # separate folders in a checkout
-_EPISODES = (f"{OWN}.experiments.blocks", f"{OWN}.caregivers")  # run the episodes of an evaluation
+_EPISODES = (f"{OWN}.experiments.runner", f"{OWN}.caregivers")  # run the episodes of an evaluation
 _MODELS = (".txt", ".xml")  # suffixes of model files that can change results
 _NOT_IN_GRID = frozenset(("house", "models", "policy", "robot", "tasks"))  # rooms without effect on the grid
 _SHOW = frozenset(("cli", "viz"))  # rooms without effect on any row
@@ -49,17 +49,11 @@ def origins(caregivers: Iterable[str], families: Iterable[ChildGroup], embodimen
 
 
 def origin(found: Any) -> str:
-    """Return the origin of a foreign class or function, with a hash of all that it depends on.
+    """Return the distribution and version of a foreign class or function, or its file, and a hash; "" for our own.
 
     The hash covers its module, all source files of that module's package, and what these import from beside it, also
     from folders without an `__init__.py`. Further files, such as weights, can be named in an attribute `files`: a path
-    or several, relative to the folder of the module.
-
-    Returns:
-        The distribution and its version, or the file if there is none, and the hash; "" for code of this package.
-
-    Raises:
-        CaregiverError: A file cannot be read.
+    or several, relative to the folder of the module. One that cannot be read raises CaregiverError.
     """
     name = getattr(found, "__module__", None) or type(found).__module__
     root = name.partition(".")[0]
@@ -152,7 +146,7 @@ def difference(found: Mapping[str, str | None], wanted: Mapping[str, str]) -> st
 def source_digest(world: str = "house", modules: tuple[str, ...] = ()) -> str:
     """Return a digest of the package's files that decide an episode.
 
-    They are `experiments.blocks`, the caregivers, further `modules` by full name, all their imports at any level, and
+    They are `experiments.runner`, the caregivers, further `modules` by full name, all their imports at any level, and
     in the house the models. Files of the robot and of the physical house do not affect the grid.
     """
     found = {name: path for name, path in _package_files().items() if path.suffix in _MODELS and world != "grid"}

@@ -35,7 +35,6 @@ else:
 
 if TYPE_CHECKING:
     import pandas as pd  # imported where used: workers do without
-    import pyarrow as pa
 
 
 Result = dict[str, Any]  # of a block, as JSON: its "rows", and "maps" by name
@@ -51,20 +50,12 @@ class StorageError(CaregiverError):
 
 
 class RunFolder:
-    """The results of one run.
-
-    Attributes:
-        path: The folder, locked against other processes.
-        extended_at: Numbers of episodes that the run had before more were added.
-    """
+    """The results of one run in its folder `path`, which is locked against other processes."""
 
     def __init__(self, path: str | os.PathLike[str], settings: dict[str, Any], *, resume: bool = False):
-        """Create the folder, or open that of an earlier run to resume it, or to add episodes or caregivers.
+        """Create the folder, or with `resume` open that of an earlier run, perhaps to add episodes or caregivers.
 
-        Args:
-            path: The folder.
-            settings: All that the results depend on, as JSON.
-            resume: Whether the folder may hold a run.
+        The settings are all that the results depend on, as JSON.
 
         Raises:
             CaregiverError: The folder cannot be written, holds a run without `resume`, or one with other settings.
@@ -101,6 +92,7 @@ class RunFolder:
             )
         else:
             found = self._resume(found, json.loads(_as_json(settings)))
+        #: Numbers of episodes that the run had before more were added
         self.extended_at: list[int] = found.get("extended_at", [])
 
     def _resume(self, found: dict[str, Any], wanted: dict[str, Any]) -> dict[str, Any]:
@@ -128,7 +120,12 @@ class RunFolder:
     def finish(self, episodes: pd.DataFrame, summary: dict[str, Any], maps: pd.DataFrame, houses: pd.DataFrame) -> None:
         """Write the results of the run; the summary, which marks it as finished, comes last."""
         write_whole(self.path / "houses.parquet", houses.to_parquet(index=False))
-        write_whole(self.path / "episodes.parquet", episodes.to_parquet(index=False, schema=_schema(episodes)))
+        import pyarrow as pa
+
+        types = {"str": pa.string(), "int": pa.int64(), "float": pa.float64(), "list[float]": pa.list_(pa.float64())}
+        known = {column.name: types[column.type] for column in COLUMNS}  # also for an empty table
+        schema = pa.schema([(name, known[name]) for name in episodes.columns])
+        write_whole(self.path / "episodes.parquet", episodes.to_parquet(index=False, schema=schema))
         write_whole(self.path / "maps.parquet", maps.to_parquet(index=False))
         write_whole(self.path / "summary.json", _as_json(summary))
 
@@ -159,14 +156,9 @@ def read_json(path: pathlib.Path) -> Any:
 
 
 class _Lock:
-    """Keep other processes out of a folder for the lifetime of this object."""
+    """Keeps other processes out of a folder for its lifetime; raises BlockingIOError if another one does so."""
 
     def __init__(self, folder: pathlib.Path):
-        """Take the lock.
-
-        Raises:
-            BlockingIOError: Another process has it.
-        """
         self._file = open(folder / ".lock", "ab")  # noqa: SIM115 (open for as long as the lock is held)
         try:
             if sys.platform == "win32":
@@ -196,15 +188,6 @@ def _lock(folder: pathlib.Path) -> _Lock:
     return lock
 
 
-def _schema(episodes: pd.DataFrame) -> pa.Schema:
-    """Return the column types of `COLUMNS`, also for an empty table."""
-    import pyarrow as pa
-
-    types = {"str": pa.string(), "int": pa.int64(), "float": pa.float64(), "list[float]": pa.list_(pa.float64())}
-    known = {column.name: types[column.type] for column in COLUMNS}
-    return pa.schema([(name, known[name]) for name in episodes.columns])
-
-
 def _as_json(value: Any, indent: int | None = 1) -> bytes:
     return (json.dumps(value, indent=indent, allow_nan=False) + "\n").encode()
 
@@ -230,15 +213,9 @@ def _reason(error: Exception) -> str:
 
 
 def resumed_record(found: Record, wanted: Record) -> Record:
-    """Return the record of a resumed run: with the same settings, or more episodes or caregivers.
+    """Return the record of a run resumed with the same settings, or more episodes or caregivers.
 
-    Args:
-        found: The record in the folder.
-        wanted: The record to resume with.
-
-    Returns:
-        The new record. Its `extended_at` lists the earlier numbers of episodes, so that grid blocks, which have many
-        episodes, do not repeat finished ones.
+    Its `extended_at` lists the earlier numbers of episodes, so that grid blocks do not repeat finished ones.
 
     Raises:
         CaregiverError: The settings differ, or the folder has more episodes or caregivers than wanted.

@@ -1,4 +1,4 @@
-"""Run episodes from their specification to their measures, in the house or in the grid."""
+"""Run episodes in the house or in the grid: from their specification to their measures, and of a block to rows."""
 
 from __future__ import annotations
 
@@ -18,13 +18,18 @@ from caregiver_mj.children.child_group import side_by_side
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments.spec import BARE_TABLES, EpisodeSpec, episode_random, episode_streams
+from caregiver_mj.experiments.run_folder import Result
+from caregiver_mj.experiments.settings import Block, Settings
+from caregiver_mj.experiments.spec import BARE_TABLES, NOBODY, EpisodeSpec, episode_random, episode_streams
 from caregiver_mj.grid.world import CAREGIVER_ACTIONS, BareTablesWorld, GridWorld
+from caregiver_mj.outside import plain
 from caregiver_mj.recording.ledger import Ledger, Rollout
+from caregiver_mj.recording.record import EpisodeRecord
 
 if TYPE_CHECKING:
     from caregiver_mj.caregivers.caregiver import Caregiver
 
+MAPS = ("visits", "damage")  # summed for every free cell over all episodes
 Observer = Callable[[Any], None]  # of a `Rollout`
 # Fields that must be equal in a batch.
 _SHARED = [field.name for field in dataclasses.fields(EpisodeSpec) if field.name not in ("family", "episode")]
@@ -35,23 +40,20 @@ class DivergenceError(CaregiverError):
 
 
 class HouseRollout(Rollout):
-    """An episode in the house, control step by control step.
+    """An episode in the house, control step by control step, in an environment of `caregiver_mj.tasks.load`.
 
     It has the same states as `env.step` with the same actions, and makes only those time steps that somebody reads.
-
-    Attributes:
-        env: The environment, of `caregiver_mj.tasks.load`.
-        policy: The policy; None for a baseline, or if actions come from outside.
-        action: The policy's answer to it, zeros without a policy; None at the end of the episode.
-        steps: Control steps done.
-        which: Name of the episode in messages.
+    Baselines have no policy, nor has an episode whose actions come from outside.
     """
+
+    action: Any  #: the policy's answer to the last time step, zeros without a policy; None at the end of the episode
+    steps: int  #: control steps done
 
     def __init__(self, env: Any, policy: Any = None):
         from caregiver_mj.house.rendering import control  # here, for the grid does without MuJoCo
 
         self._physics_error = control.PhysicsError
-        self.env, self.policy, self.which = env, policy, "the episode"
+        self.env, self.policy, self.which = env, policy, "the episode"  # name in messages
         self._nothing = np.zeros(env.action_spec().shape)
         seconds = env.control_timestep()
         self._substeps, self._length = round(seconds / env.physics.timestep()), env.task.time_limit / seconds
@@ -101,11 +103,7 @@ class HouseRollout(Rollout):
         self.advance(self.action)
 
     def advance(self, action: Any) -> None:
-        """Run one control step with an action, from outside or the policy's.
-
-        Raises:
-            DivergenceError: The simulation diverged.
-        """
+        """Run one control step with an action, from outside or the policy's, or raise DivergenceError."""
         task, physics = self.env.task, self.env.physics
         try:
             task.before_step(action, physics)
@@ -139,13 +137,7 @@ class HouseRollout(Rollout):
 def make_house(spec: EpisodeSpec, *, answers: str = "", visuals: bool = True) -> HouseRollout:
     """Make the house and the policy of an episode, which takes a second.
 
-    Args:
-        spec: The episode, in the house.
-        answers: The caregiver's earlier answers, to be replayed in its place; "" for none.
-        visuals: Whether to build visual geometry; a caregiver that looks at pictures always has it.
-
-    Raises:
-        CaregiverError: The specification is invalid.
+    With `answers`, those of an earlier run are replayed. A caregiver that looks at pictures always has visuals.
     """
     from caregiver_mj import tasks  # here, for the grid does without MuJoCo
     from caregiver_mj.policy.own import make_policy
@@ -172,11 +164,7 @@ _kept_house = functools.lru_cache(maxsize=1)(make_house)  # consecutive episodes
 
 
 def make_grid(specs: Sequence[EpisodeSpec], answers: str = "") -> GridWorld:
-    """Make the grid for a batch of episodes: equally many of each family, one family after the other.
-
-    Raises:
-        CaregiverError: The specifications are invalid, or in another order.
-    """
+    """Make the grid for a batch of episodes: equally many of each family, one family after the other."""
     first, families = specs[0], tuple(dict.fromkeys(spec.family for spec in specs))
     each = len(specs) // len(families)
     if [spec.family for spec in specs] != [family for family in families for _ in range(each)]:
@@ -192,11 +180,7 @@ def make_grid(specs: Sequence[EpisodeSpec], answers: str = "") -> GridWorld:
 
 @contextlib.contextmanager
 def keep_answers(rollout: Any) -> Iterator[Callable[[], str]]:
-    """Record in this context the answers of a rollout's caregiver, or the actions of another policy.
-
-    Yields:
-        A function that returns them as text, for a replay.
-    """
+    """Record a caregiver's answers, or the actions of another policy, and yield what returns them as text."""
     actions: list[np.ndarray] = []
 
     def note(house: HouseRollout) -> None:
@@ -228,7 +212,7 @@ def run(specs: Sequence[EpisodeSpec], observers: Sequence[Observer] = (), *, ans
     Args:
         specs: The episodes: one in the house; in the grid equally many of each family, one family after the other.
         observers: Called with the `Rollout` at the start and after every step.
-        answers: The caregiver's earlier answers, to be replayed in its place; "" for none.
+        answers: As of `make_house`.
 
     Raises:
         DivergenceError: The caregiver's actions made the simulation diverge.
@@ -272,3 +256,43 @@ def _check_together(specs: Sequence[EpisodeSpec]) -> None:
     for spec in specs[1:]:
         if others := [name for name in _SHARED if getattr(spec, name) != getattr(first, name)]:
             raise CaregiverError(f"specs must differ in family and episode alone, got another {others[0]}")
+
+
+def run_block(settings: Settings, block: Block, answers: str | None = None) -> Result:
+    """Return the `rows`, each family's `maps` and the caregiver's `answers` of a block; or replay such answers."""
+    if answers is not None:
+        check_answers(block, answers)
+    specs = settings.specs(block)
+    outcome = run(specs, answers=answers or "")
+    rows = [
+        EpisodeRecord(
+            world=spec.world,
+            house=spec.plan.name,
+            caregiver=spec.caregiver,
+            family=str(spec.family),
+            epsilon=spec.family.epsilon,
+            children=len(spec.family),
+            episode=number,
+            seed=spec.own_seed,
+            sight=spec.sight,
+            **measured,
+        )
+        for spec, number, measured in zip(specs, [*block.numbers] * len(block.families), outcome.measured, strict=True)
+    ]
+    maps = (outcome.visits, outcome.damage)
+    sums = [values.reshape(len(block.families), len(block.numbers), -1).sum(axis=1).tolist() for values in maps]
+    return {
+        "rows": list(map(vars, rows)),
+        "maps": {
+            str(family): dict(zip(MAPS, of_family, strict=True))
+            for family, *of_family in zip(block.families, *sums, strict=True)
+        },
+        "answers": outcome.answers,
+    }
+
+
+def check_answers(block: Block, answers: Any) -> None:
+    """Raise CaregiverError unless `answers` is the text of a block's caregiver, empty for a baseline."""
+    if not isinstance(answers, str) or bool(answers) == (block.caregiver in NOBODY):
+        wanted = "none" if block.caregiver in NOBODY else "the text of its arrays"
+        raise CaregiverError(f"the answers of '{block.caregiver}' must be {wanted}, got {plain(repr(answers), 40)}")

@@ -53,10 +53,9 @@ def score(
     bare_tables: float | np.ndarray,
     robot_harm: float | np.ndarray = 0,
 ) -> np.ndarray:
-    """Return the score of a damage, given the damage expected without a caregiver and with bare tables only.
+    """Return the score of a damage, of an episode or a mean; NaN where bare tables alone cost as much as no caregiver.
 
-    All arguments are in units of damage: numbers, or arrays of a common shape, of an episode or of a mean. The score is
-    NaN where the damage without a caregiver is no greater than with bare tables only: nothing can be prevented there.
+    The arguments are in units of damage: numbers, or arrays of a common shape.
     """
     preventable = np.subtract(none, bare_tables)
     prevented = np.subtract(none, damage) - robot_harm
@@ -92,12 +91,7 @@ def with_costs(episodes: pd.DataFrame, plans: Sequence[FloorPlan]) -> pd.DataFra
 
 
 class Scorer:
-    """Scores episodes of some children in a house; the first call simulates the expected damage.
-
-    Attributes:
-        plan: The house.
-        family: The children.
-    """
+    """Scores episodes of some children in a house; the first call simulates the expected damage."""
 
     def __init__(self, plan: FloorPlan, family: ChildGroup):
         self.plan, self.family = plan, family

@@ -77,9 +77,7 @@ class Settings(Conditions):
     def of_record(cls, record: dict[str, Any]) -> Settings:
         """Return the settings from a `record`, which may be a stranger's: names of code are not imported.
 
-        Raises:
-            CaregiverError: They are invalid.
-            KeyError: Something is missing.
+        Invalid ones raise CaregiverError, missing ones KeyError.
         """
         texts = ("world", "houses", "damage")
         for key, kind in (*((text, str) for text in texts), ("caregivers", list), ("families", list), ("plans", list)):
@@ -99,11 +97,7 @@ class Settings(Conditions):
 
     @property
     def plan(self) -> FloorPlan:
-        """The house.
-
-        Raises:
-            CaregiverError: There are several.
-        """
+        """The house; CaregiverError if there are several."""
         if len(self.plans) != 1:
             raise CaregiverError(f"houses must be 1, got {len(self.plans)}")
         return self.plans[0]
@@ -144,7 +138,9 @@ class Settings(Conditions):
             raise CaregiverError(f"episodes must be at most {MOST_ROWS:,} in all, got {rows:,}")
         check_integer("the seed", self.seed, 0)
         for name in (*self.caregivers, *houses, self.embodiment, *self._behaviours()):
-            _check_name(name, _LONGEST_NAME)
+            if len(name) > _LONGEST_NAME or not name.isprintable():  # for tables, figures and file names
+                most = f"at most {_LONGEST_NAME:,} printable characters"
+                raise CaregiverError(f"a name must have {most}, got '{plain(name)}'")
         if (longest := max(len(self.houses), len(self.file))) > _LONGEST_LIST:
             raise CaregiverError(f"houses must have names of at most {_LONGEST_LIST:,} characters, got {longest:,}")
 
@@ -230,12 +226,6 @@ class Settings(Conditions):
 
 # Fields that a set and its episodes share.
 _COMMON = ("world", "seed", *(field.name for field in dataclasses.fields(Conditions)))
-
-
-def _check_name(name: str, longest: int) -> None:
-    """Raise CaregiverError unless a name fits into tables, figures and file names."""
-    if len(name) > longest or not name.isprintable():
-        raise CaregiverError(f"a name must have at most {longest:,} printable characters, got '{plain(name)}'")
 
 
 @dataclasses.dataclass(frozen=True)

@@ -84,12 +84,7 @@ class Conditions:
 
     @staticmethod
     def of_shared_record(record: Mapping[str, Any]) -> dict[str, Any]:
-        """Return these fields from a record, which may be a stranger's.
-
-        Raises:
-            CaregiverError: A value has the wrong type.
-            KeyError: The robot is missing.
-        """
+        """Return these fields from a record, which may be a stranger's: one of another type raises CaregiverError."""
         found = {
             "embodiment": record["embodiment"],
             **{name: record.get(name, usual) for name, usual in _USUAL.items()},
@@ -221,11 +216,7 @@ class EpisodeSpec(Conditions):
         )
 
     def record(self) -> dict[str, Any]:
-        """Return it as JSON.
-
-        Raises:
-            CaregiverError: A child has no name.
-        """
+        """Return it as JSON; raise CaregiverError if a child has no name."""
         if any(not isinstance(child, ChildSpec) for child in self.family.children):
             raise CaregiverError("children of a specification must be given by name, such as module:object")
         return {
@@ -247,11 +238,7 @@ class EpisodeSpec(Conditions):
 
 
 def _json(options: Mapping[str, Any] | str) -> str:
-    """Return the options of a task as JSON.
-
-    Raises:
-        CaregiverError: One is not JSON, a data class such as `Sensing`, or NumPy's; or there is a field for it.
-    """
+    """Return a task's options as JSON; they may be data classes such as `Sensing`, or NumPy's numbers."""
 
     def plainly(value: Any) -> Any:
         if dataclasses.is_dataclass(value) and not isinstance(value, type):
@@ -273,12 +260,7 @@ def record_of_plan(plan: FloorPlan) -> dict[str, Any]:
 
 
 def plan_of_record(record: Any, damage: DamageWeights) -> FloorPlan:
-    """Return the house of a `record_of_plan`.
-
-    Raises:
-        CaregiverError: It is invalid.
-        KeyError: Something is missing.
-    """
+    """Return the house of a `record_of_plan`; raise CaregiverError if it is invalid, KeyError if it lacks a field."""
     check_kind("a house", record, dict)
     return FloorPlan.parse("\n".join(record["rows"]), record["name"], record["cell_size"], damage)
 

@@ -80,7 +80,10 @@ def comparison_rows(episodes: pd.DataFrame, caregiver: str, baseline: str) -> li
         row = _heading(key, ours, caregiver=caregiver, baseline=baseline)
         row |= _shares(ours, theirs, acts=baseline != "none")
         if baseline == "none" and "preventable" in episodes:
-            row |= _columns("score", _score(ours, theirs))
+            prevented = theirs.rows["damage"].to_numpy() - ours.rows["all_harm"].to_numpy()
+            alone = Sample(theirs.rows.assign(prevented=prevented))
+            both = alone.values(["prevented"]), alone.values(["preventable"])
+            row |= _columns("score", alone.estimators.of_ratio(*both, least=-np.inf).column(0))
         found = ours.estimators.of_difference(ours.values(columns), theirs.values(columns))
         differences = ours.units(columns) - theirs.units(columns)
         for i, (column, p) in enumerate(zip(columns, np.atleast_1d(verdicts.sign_flip_p(differences)), strict=True)):
@@ -91,15 +94,10 @@ def comparison_rows(episodes: pd.DataFrame, caregiver: str, baseline: str) -> li
 
 
 def judged_together(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Judge comparisons together, with Holm's correction for their number.
+    """Judge rows of `comparison_rows` together, with Holm's correction for their number.
 
-    Args:
-        rows: Of `comparison_rows`, for one or more pairs of caregivers.
-
-    Returns:
-        The same rows with `<column>_p_holm`, corrected over all of them (None without a p), and `<column>_verdict` from
-        it and the interval: "less", "more" or "no verdict". A verdict at a margin becomes "no verdict" where its
-        `_p_holm` is too large.
+    They get `<column>_p_holm`, corrected over all of them (None without a p), and `<column>_verdict` from it and the
+    interval: "less", "more" or "no verdict". A verdict at a margin becomes "no verdict" where its p is too large.
     """
     names = [name for name in (*_BY_MARGIN, *COMPARED) if rows and f"{name}_p" in rows[0]]
     for name in names:
@@ -134,13 +132,6 @@ def _shares(ours: Sample, theirs: Sample, *, acts: bool) -> dict[str, Any]:
     return row | {"toys_reached_not_inferior": kept.value, "toys_reached_not_inferior_p": p}
 
 
-def _score(ours: Sample, alone: Sample) -> Estimate[float]:
-    prevented = alone.rows["damage"].to_numpy() - ours.rows["all_harm"].to_numpy()
-    pairs = Sample(alone.rows.assign(prevented=prevented))
-    found = pairs.estimators.of_ratio(pairs.values(["prevented"]), pairs.values(["preventable"]), least=-np.inf)
-    return found.column(0)
-
-
 def _heading(key: dict[str, Any], sample: Sample, **who: str) -> dict[str, Any]:
     many = sample.houses > 1
     where = {"world": key["world"], "house": f"{sample.houses} houses" if many else sample.rows["house"].iloc[0]}
@@ -161,17 +152,12 @@ def _number(value: float) -> float | None:
 
 
 class Sample:
-    """Episodes of one caregiver with the same children, in one or more houses.
-
-    Attributes:
-        rows: A row an episode, ordered by house and by episode.
-        houses: Number of houses.
-    """
+    """Episodes of one caregiver with the same children: `rows`, a row an episode, in a number of `houses`."""
 
     def __init__(self, rows: pd.DataFrame):
         codes, names = pd.factorize(rows["house"], sort=True)
         order = np.lexsort((rows["episode"].to_numpy(), codes))
-        self.rows, self.houses = rows.iloc[order], len(names)
+        self.rows, self.houses = rows.iloc[order], len(names)  # rows by house and by episode
         self._starts = np.searchsorted(codes[order], np.arange(1, len(names)))
 
     def __len__(self) -> int:

@@ -20,34 +20,23 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
+from caregiver_mj import outside
 from caregiver_mj.caregivers.answers import unpacked
 from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.experiments import two_level
-from caregiver_mj.experiments.blocks import MAPS, Tables, belongs, check_answers, run_block, tables_of
-from caregiver_mj.experiments.evaluation import sum_up
+from caregiver_mj.experiments.evaluation import Tables, belongs, sum_up, tables_of
 from caregiver_mj.experiments.finished import read_finished
-from caregiver_mj.experiments.harm import HOW, Harm
 from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.experiments.provenance import difference, source_digest, versions
 from caregiver_mj.experiments.run_folder import Result, read_block, write_whole
+from caregiver_mj.experiments.runner import MAPS, check_answers, run_block
 from caregiver_mj.experiments.score import with_costs
 from caregiver_mj.experiments.settings import GRID_BLOCK, Block, Settings
 from caregiver_mj.experiments.spec import NOBODY, SUPERVISE
-from caregiver_mj.experiments.summary import judge_run
+from caregiver_mj.experiments.summary import HOW, Harm, judge_run
 from caregiver_mj.experiments.workers import Executor
-from caregiver_mj.outside import (
-    LARGEST_JSON,
-    LARGEST_PIECE,
-    LARGEST_RATIO,
-    LARGEST_SUBMISSION,
-    LARGEST_UNPACKED,
-    MOST_PARTS,
-    markdown,
-    parse_json,
-    plain,
-    read_file,
-)
+from caregiver_mj.outside import markdown, parse_json, plain
 from caregiver_mj.plans.hazards import KINDS
 
 SUFFIX = ".submission"
@@ -91,10 +80,7 @@ class _Claim(NamedTuple):
 
 
 def submit(run: str | os.PathLike[str], path: str | os.PathLike[str], card: Mapping[str, str]) -> Settings:
-    """Pack the finished run in a folder into `FILE.submission`, with a card by its authors.
-
-    Returns:
-        The settings of the run.
+    """Pack the finished run in a folder into `FILE.submission`, with a card by its authors; return its settings.
 
     Raises:
         CaregiverError: The run is unfinished or lacks the caregivers' answers, or the file exists or cannot be written.
@@ -146,9 +132,9 @@ def read_submission(path: str | os.PathLike[str], *, trust: bool = False) -> Sub
             that is not installed.
     """
     try:
-        content = read_file(path, LARGEST_SUBMISSION)
-        if (parts := content.count(_PART)) > MOST_PARTS:
-            raise ValueError(f"it must have at most {MOST_PARTS:,} files, got {parts:,}")
+        content = outside.read_file(path, outside.LARGEST_SUBMISSION)
+        if (parts := content.count(_PART)) > outside.MOST_PARTS:
+            raise ValueError(f"it must have at most {outside.MOST_PARTS:,} files, got {parts:,}")
         with zipfile.ZipFile(io.BytesIO(content)) as packed:
             _check_size(packed, len(content))
             return _read(pathlib.Path(path), packed, trust)
@@ -168,9 +154,10 @@ def _check_size(packed: zipfile.ZipFile, size: int) -> None:
         raise ValueError("it must be packed by deflation")
     if len({member.filename for member in members}) < len(members):
         raise ValueError("each of its files must be in it once")
-    if size > LARGEST_SUBMISSION or max((member.file_size for member in members), default=0) > LARGEST_JSON:
-        raise ValueError(f"it must have at most {LARGEST_SUBMISSION:,} bytes, and {LARGEST_JSON:,} in one of its files")
-    most = min(LARGEST_UNPACKED, LARGEST_PIECE + LARGEST_RATIO * size)
+    whole, one = outside.LARGEST_SUBMISSION, outside.LARGEST_JSON
+    if size > whole or max((member.file_size for member in members), default=0) > one:
+        raise ValueError(f"it must have at most {whole:,} bytes, and {one:,} in one of its files")
+    most = min(outside.LARGEST_UNPACKED, outside.LARGEST_PIECE + outside.LARGEST_RATIO * size)
     if (unpacked := sum(member.file_size for member in members)) > most:
         raise ValueError(f"it must unpack to at most {most:,} bytes, got {unpacked:,}")
 
@@ -211,12 +198,7 @@ def _extended_at(settings: Settings, record: Mapping[str, Any]) -> list[int]:
 def _results(
     settings: Settings, extended_at: Sequence[int], names: Sequence[str], read: Callable[[str], Any]
 ) -> dict[Block, Result]:
-    """Return the claimed result of each block; `read` returns the content of a file by its name.
-
-    Raises:
-        CaregiverError: A caregiver has no answers, or a baseline has some.
-        ValueError: A file is missing, superfluous, or was changed.
-    """
+    """Return the claimed result of each block, or raise CaregiverError or ValueError; `read` reads a file by name."""
     rows = len(settings.plans) * len(settings.caregivers) * len(settings.families) * settings.episodes
     if rows > len(names) * (GRID_BLOCK if settings.world == "grid" else 1):
         raise ValueError(f"it has {len(names)} files of episodes, too few for {rows:,}")
@@ -246,12 +228,8 @@ def verify(
 ) -> pd.DataFrame:
     """Replay all answers, and return the episodes, a row each.
 
-    The rows are those of the replay, except the times, which are those of the file.
-
-    Args:
-        submission: The file.
-        executor: Runs the blocks.
-        progress: Called with the number of episodes just finished.
+    The rows are those of the replay, except the times, which are those of the file. `progress` is called with the
+    number of episodes just finished.
 
     Raises:
         CaregiverError: A replay differs from the file, or fails.
@@ -351,21 +329,9 @@ def _rank(cells: Mapping[str, str]) -> tuple[bool, float]:
 
 
 def _cells(
-    submission: Submission,
-    caregiver: str,
-    of: pd.DataFrame,
-    none: pd.DataFrame,
-    verdict: Mapping[str, Any] | None,
+    submission: Submission, caregiver: str, of: pd.DataFrame, none: pd.DataFrame, verdict: Mapping[str, Any] | None
 ) -> dict[str, str]:
-    """Return a row of a track by its columns.
-
-    Args:
-        submission: The file.
-        caregiver: Name of the caregiver or baseline.
-        of: Its episodes.
-        none: Episodes of the baseline `none`.
-        verdict: Verdict on the caregiver, if it acts.
-    """
+    """Return a row of a track by its columns: of a caregiver or baseline with its episodes, and those of `none`."""
     settings, acts = submission.settings, caregiver not in NOBODY
     card = [markdown(submission.card.get(key, "")) for key in ("title", "authors")]
     damage, harm, alone, preventable = (

@@ -139,15 +139,10 @@ class Executor(abc.ABC):
     def run(
         self, function: Callable[[Job], Result], jobs: Sequence[Job], code: Code = dict
     ) -> Generator[tuple[Job, Result]]:
-        """Run a function over jobs.
+        """Run a function over jobs, and yield each finished one with its result; closing the iterator cancels others.
 
-        Args:
-            function: An importable function, whose result must depend on the job alone.
-            jobs: Hashable jobs, handed out in this order, house by house.
-            code: Returns the origins of foreign code that the function depends on, which must be equal in all workers.
-
-        Yields:
-            Each finished job with its result. Closing the iterator cancels the others.
+        The function must be importable, and its result depend on the job alone. Jobs are hashable, and handed out in
+        this order, house by house. `code` returns the origins of foreign code, which must be equal in all workers.
 
         Raises:
             WorkerError: The function raised an exception, a job killed too many workers, or a worker has other code.
@@ -173,5 +168,4 @@ class LocalExecutor(Executor):
     def run(
         self, function: Callable[[Job], Result], jobs: Sequence[Job], code: Code = dict
     ) -> Generator[tuple[Job, Result]]:
-        """See `Executor`."""
         return run_jobs(function, jobs, max(1, min(self._processes, len(jobs))))

@@ -20,12 +20,8 @@ class GridEyes:
 
     A caregiver looks in the direction of its last move. An action in which it neither walks nor handles anything turns
     it round once, so that it sees in all directions. It feels a child that walks into it, or into which it would walk,
-    and learns the state of things on the floor when it sees their cells.
-
-    Attributes:
-        tracker: Its belief about the children.
-        heading: The move of its direction, or `ALL_ROUND`, (B,).
-        state: The known `State` of each hazard, (B, hazards).
+    and learns the state of things on the floor when it sees their cells. Its `tracker` has its belief about the
+    children.
     """
 
     def __init__(self, world: GridState, sight: Sight):
@@ -33,8 +29,8 @@ class GridEyes:
         self._world, self._seen = world, visibility(world.plan, sight).seen
         batch, children = world.child_cell.shape
         self.tracker = Tracker(child_chain(world.plan), batch, children, CHANGE)
-        self.heading = np.full(batch, ALL_ROUND)
-        self.state = world.state.copy()
+        self.heading = np.full(batch, ALL_ROUND)  # the move of its direction, or `ALL_ROUND`
+        self.state = world.state.copy()  # as it knows it
         hazards, plan = world.plan.hazards, world.plan
         self._lying = hazards.number(Where.FLOOR, np.arange(len(plan.floor_cells)))
         self._previous, self._action = np.full((2, batch, children), NOTHING)

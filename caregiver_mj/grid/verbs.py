@@ -6,16 +6,8 @@ import abc
 
 import numpy as np
 
-from caregiver_mj.interventions.verb import (
-    BLOCK,
-    CLOSE,
-    DO_NOTHING,
-    LOOK,
-    PICK_UP,
-    RELOCATE,
-    STAND_ASIDE,
-    Interventions,
-)
+from caregiver_mj.interventions import verb
+from caregiver_mj.interventions.verb import Interventions
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, State, Where
 from caregiver_mj.plans.routes import ASIDE, STAY
@@ -56,27 +48,12 @@ class GridVerb(abc.ABC):
 
     @abc.abstractmethod
     def place(self, world: GridState, which: np.ndarray) -> np.ndarray:
-        """Return the place of action of some worlds.
-
-        Args:
-            world: The grid.
-            which: Indices of the worlds, (n,).
-
-        Returns:
-            Indices into `places`, ASIDE or STAY, (n,).
-        """
+        """Return the place of action of some worlds, (n,): indices into `places`, ASIDE or STAY."""
 
     def carry_out(self, world: GridState, which: np.ndarray, came: np.ndarray, stood: np.ndarray) -> np.ndarray:
-        """Apply the verb in some worlds, after the caregiver's move.
+        """Apply the verb in some worlds, (n,), after the caregiver's move, and return whether it is done, (n,).
 
-        Args:
-            world: The grid, whose state it changes.
-            which: Indices of the worlds, (n,).
-            came: Whether the caregiver is in the place now, (n,).
-            stood: Whether it was there before this action, which it can therefore use, (n,).
-
-        Returns:
-            Whether the intervention is done, (n,).
+        The caregiver `came`, so it is in the place now; if it `stood` there before, it can use this action, (n,) each.
         """
         return came
 
@@ -174,11 +151,11 @@ class Waiting(Idle):
 
 
 GRID_VERBS: dict[str, GridVerb] = {
-    BLOCK: InOpening(),
-    CLOSE: ClosingGate(),
-    RELOCATE: Relocating(),
-    PICK_UP: PickingUp(),
-    LOOK: Looking(),
-    STAND_ASIDE: Idle(),
-    DO_NOTHING: Waiting(),
+    verb.BLOCK: InOpening(),
+    verb.CLOSE: ClosingGate(),
+    verb.RELOCATE: Relocating(),
+    verb.PICK_UP: PickingUp(),
+    verb.LOOK: Looking(),
+    verb.STAND_ASIDE: Idle(),
+    verb.DO_NOTHING: Waiting(),
 }

@@ -47,15 +47,10 @@ _ROUNDING = 1e-6  # of an action
 
 
 class GridWorld(GridState, Rollout):
-    """A batch of B episodes on one floor plan, with K children each.
+    """A batch of B episodes on one floor plan, with K children each, whose `behaviours` it has."""
 
-    Attributes:
-        behaviours: Behaviour of each of the K children.
-        caregiver: The caregiver, or None.
-        sight: The caregiver's sight.
-        eyes: The caregiver's eyes; None with full sight, or without a caregiver.
-        ledger: Counts what happens to the children.
-    """
+    eyes: GridEyes | None = None  #: the caregiver's eyes; None with full sight, or without a caregiver
+    ledger: Ledger  #: counts what happens to the children
 
     def __init__(
         self,
@@ -66,14 +61,9 @@ class GridWorld(GridState, Rollout):
         caregiver_actions: float = CAREGIVER_ACTIONS,
         sight: Sight | str = "all",
     ):
-        """Prepare the episodes.
+        """Prepare the episodes, with a mean number of the caregiver's actions in a novice timestep.
 
-        Args:
-            plan: The house.
-            family: The children, as `ChildGroup.of` takes them.
-            caregiver: The caregiver, or None.
-            caregiver_actions: Actions of the caregiver in a novice timestep, on average.
-            sight: The caregiver's sight, as `plans.visibility.Sight.of` takes it.
+        `ChildGroup.of` and `plans.visibility.Sight.of` take the family and the sight.
 
         Raises:
             CaregiverError: A privileged caregiver has limited sight, the caregiver or a child is for another house, or
@@ -89,7 +79,6 @@ class GridWorld(GridState, Rollout):
             check_house(caregiver, plan)
         self.plan = plan
         self.timestep, self._draws = 0, np.zeros((0, 0, 0, 3))  # of no episode
-        self.eyes: GridEyes | None = None
         self.behaviours = list(ChildGroup.of(family).make(plan))
         self.caregiver = caregiver
         self._caregiver_actions = caregiver_actions
@@ -206,11 +195,7 @@ class GridWorld(GridState, Rollout):
     # -- The children ----------------------------------------------------------------------------
 
     def move_children(self) -> None:
-        """Run the first half of a novice timestep: every child moves or stays, and the ledger books the results.
-
-        Raises:
-            CaregiverError: No episode has begun, or it is over.
-        """
+        """Run the first half of a novice timestep: every child moves or stays, and the ledger books the results."""
         if self.timestep >= len(self._draws):
             raise CaregiverError("no episode has begun, or it is over: call reset() first")
         draws = self._draws[self.timestep]
@@ -227,7 +212,8 @@ class GridWorld(GridState, Rollout):
 
     def _move(self, child: int, draws: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Move a child; return its harm by kind, its toys, the denied targets, and whether it met the caregiver."""
-        cell, behaviour, caregiver_cell = self.child_cell[:, child], self.behaviours[child], self._seen_caregiver()
+        cell, behaviour = self.child_cell[:, child], self.behaviours[child]
+        caregiver_cell = self.caregiver_cell if self.caregiver else np.full(len(cell), NOTHING)
         goal = _shown(self.goal[:, child])
         self.goal[:, child] = behaviour.reconsider(goal, draws[:, 2])
         action = behaviour.act(ChildPercept(*map(_shown, (cell, goal, caregiver_cell, self.bumped[:, child]))), draws)
@@ -257,10 +243,6 @@ class GridWorld(GridState, Rollout):
         self.bumped[:, child] = (next_cell == cell) & (target != NOTHING)
         self.child_cell[:, child] = next_cell
         return harm, reached, denied(target, blocked), met
-
-    def _seen_caregiver(self) -> np.ndarray:
-        """Return the caregiver's cell, or NOTHING without one, (B,)."""
-        return self.caregiver_cell if self.caregiver else np.full(len(self.caregiver_cell), NOTHING)
 
     # -- The caregiver ---------------------------------------------------------------------------
 
@@ -315,10 +297,7 @@ class GridWorld(GridState, Rollout):
 
 
 def run_episodes(
-    plan: FloorPlan,
-    family: ChildGroup | float | str,
-    caregiver: Caregiver | None,
-    seeds: Sequence[Random],
+    plan: FloorPlan, family: ChildGroup | float | str, caregiver: Caregiver | None, seeds: Sequence[Random]
 ) -> Ledger:
     """Run one episode for every seed or source of randomness, as `random_state` takes them."""
     family = ChildGroup.of(family)

@@ -1,34 +1,280 @@
-"""The children of a house: their order, who waits for whom, and their contacts."""
+"""The children of a house: what each is about to do, where that takes it, and what comes of it."""
 
 from __future__ import annotations
 
-import functools
+import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from caregiver_mj.children.behaviour import Behaviour
+from caregiver_mj.children.behaviour import Behaviour, ChildPercept
 from caregiver_mj.children.random_stream import RandomStream
-from caregiver_mj.children.walk import WALKING_SPEED
-from caregiver_mj.house.candles import Candles
-from caregiver_mj.house.child import SOFTNESS, Booking, CompliantBody, HouseChild
+from caregiver_mj.children.rules import DENIED, MoveRules, denied
+from caregiver_mj.children.walk import WALKING_SPEED, ToddlerWalk, Vector
+from caregiver_mj.house.figure import Mood
 from caregiver_mj.house.physics import Physics
+from caregiver_mj.plans.cell_graph import ACTIONS, Cell, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import NOTHING, State
+from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, State, Where, kinds_at
+from caregiver_mj.recording.contacts import Touch
+from caregiver_mj.recording.ledger import MET
+
+MASS = 12.0  # kg, as in models/toddler.xml
+_GRAVITY = 9.81  # m/s^2
+_CENTRE = 0.46  # metres above the floor: 57 % of its height, own
+# What keeps an inverted pendulum up, m g over its height, is the least that a standing child has; people who stand
+# quietly have little more (Winter et al., "Stiffness control of balance in quiet standing", J Neurophysiol 80, 1998).
+STANCE = MASS * _GRAVITY / _CENTRE  # N/m: 256
+_DAMPING_RATIO = 0.7  # own
+SWAY = 2 * _DAMPING_RATIO * math.sqrt(STANCE * MASS)  # N s/m
+STRIDE = 0.06  # metres off its feet from which on it steps: half the length of a foot of 12 cm; that is 15 N
+# Its surface is as soft as an adult's chest or pelvis, 25 N/mm (ISO/TS 15066:2016, annex A; DGUV 2011). MuJoCo's
+# stiffness is per effective mass, here that of child and robot, 10.5 kg: 1 / (time constant * damping ratio)^2.
+SOFTNESS = 0.051, 0.4  # time constant in seconds, damping ratio
+_OPENINGS, _ON_TABLES = (tuple(kind.name for kind in kinds_at(where)) for where in (Where.OPENING, Where.ON_TABLE))
+_ROUNDING = 1e-9  # metres, or m/s, that are none
+
+
+class HouseChild:
+    """One child of an episode."""
+
+    cell: int  #: free cell in which its present move began
+    goal: int  #: toy bin that it wants to get to
+    move: Move  #: its present move
+    touched: Sequence[tuple[float, float]]  #: directions of all that it touches now and cannot push away, unit vectors
+    holds: bool  #: whether it has taken a thing
+
+    def __init__(
+        self,
+        plan: FloorPlan,
+        behaviour: Behaviour,
+        novice_timestep: float,
+        state: np.ndarray | None = None,
+        speed: float = WALKING_SPEED,
+    ):
+        # What has become of each hazard, (hazards,), at any time; as planned if left out.
+        self._state = np.zeros(len(plan.hazards), int) if state is None else state
+        self.behaviour, self.walk = behaviour, ToddlerWalk(novice_timestep, speed)
+        self._plan, self._rules = plan, MoveRules(plan)
+        self._kinds = [kind.name for kind in plan.hazards.kinds]
+        self._damage, self._things = plan.damage, [hazard.kind for hazard in plan.hazards.at(Where.ON_TABLE)]
+
+    def reset(self, stream: RandomStream, cell: int, yaw: float) -> None:
+        """Begin an episode in a free cell."""
+        self.behaviour.reset(1)
+        self._draws = stream.steps
+        self.goal = int(self.behaviour.next_bin(stream.start[2:])[0])
+        self.put(self._plan.free_cells[cell], yaw)
+        self.move = Move(self.cell, self.cell)
+        self._bumped = self.holds = False
+        self.touched = ()
+        self._entry: Vector | None = None  # middle of the cell that it goes to, if the robot can be there
+
+    @property
+    def position(self) -> tuple[float, float]:
+        """Where it is, metres."""
+        return self.walk.position
+
+    @property
+    def mood(self) -> Mood:
+        """What is to be seen of what it does, besides walking."""
+        reaches = self.move.target in (Target.TABLE, Target.BIN) and not self.walk.returns
+        return Mood(self.move.harm > 0.0, reaches, self.holds)
+
+    def put(self, cell: Cell, yaw: float = 0.0) -> None:
+        """Put the child into the middle of a free cell, at rest."""
+        x, y = self._plan.position(cell).tolist()
+        self.put_at(x, y, yaw)
+
+    def put_at(self, x: float, y: float, yaw: float = 0.0) -> None:
+        """Put the child somewhere, at rest: metres and radians."""
+        self.walk.reset((x, y), yaw)
+        self.cell = self._nearest_cell()
+
+    # -- A novice timestep -----------------------------------------------------------------------
+
+    def begin(
+        self, timestep: int, random: np.random.RandomState, caregiver_cell: int, taken: Collection[int] = ()
+    ) -> None:
+        """Choose a move in a novice timestep of that number, and set out for it, unless it leads to a taken free cell.
+
+        The caregiver's cell may be NOTHING. Randomness is drawn from `random` once the stream is over.
+        """
+        draws = self._draws[timestep][None] if timestep < len(self._draws) else random.random_sample((1, 3))
+        self.goal = int(self.behaviour.reconsider(np.array([self.goal]), draws[:, 2])[0])
+        sight = ChildPercept(*(np.array([value]) for value in (self.cell, self.goal, caregiver_cell, self._bumped)))
+        action = int(self.behaviour.act(sight, draws)[0])
+        self.move, self._entry = Move(self.cell, self.cell, draw=draws[:, 2], rests=action == NOTHING), None
+        way = self._rules.way(self.cell, action)
+        if action == NOTHING or way.waits(np.array([*taken], int)):
+            self.walk.stay()
+            return
+        self.move.target, self.move.going = Target(int(way.target)), int(way.next_cell)
+        self.move.to_toy = bool(way.reaches(self.goal))
+        home, (down, right) = self._plan.free_cells[self.cell], ACTIONS[action]
+        ahead = home[0] + down, home[1] + right
+        here, there = (tuple(self._plan.position(cell).tolist()) for cell in (home, ahead))
+        if self.move.target in DENIED:
+            self._entry = there
+            if way.meets(caregiver_cell):
+                self.move.entered = None
+        self.walk.begin(here, there, bump=self.move.target != Target.FREE)
+
+    def step(self, seconds: float) -> None:
+        """Walk on."""
+        self.walk.step(seconds, self.touched)
+
+    def see_robot(self, robot: Sequence[float]) -> None:
+        """Take note of a robot at x, y (m) that has come into the cell to which the child is on its way."""
+        if self._entry is None or self.move.entered is not False or self.walk.returns:
+            return
+        half = self._plan.cell_size / 2
+        self.move.entered = abs(robot[0] - self._entry[0]) < half and abs(robot[1] - self._entry[1]) < half
+
+    def take_in(self, touches: Sequence[Touch], on_table: Callable[[int], np.ndarray]) -> None:
+        """Take in all contacts of a control timestep. `on_table` tells which candles are on a table, (candles,)."""
+        self.touched = [touch.direction for touch in touches if touch.kind not in _ON_TABLES]
+        for touch in touches:
+            if touch.kind in _OPENINGS and self._state[self._kinds.index(touch.kind) + touch.index] == State.SHUT:
+                continue
+            if touch.kind in _OPENINGS + _ON_TABLES:
+                self.hurt(touch.kind)
+                self.move.fell |= touch.kind in _OPENINGS
+            elif touch.kind == TABLE.name:
+                things = [kind for kind, is_on in zip(self._things, on_table(touch.index), strict=True) if is_on]
+                for kind in things or [TABLE]:
+                    self.hurt(kind.name)
+            elif touch.kind == "bin":
+                self.move.reached_toy |= touch.index == self.goal
+            elif touch.kind == "panel":
+                self.move.met_robot |= self.move.target == Target.STAIRWELL
+            elif touch.kind == "robot":
+                vx, vy = self.walk.velocity
+                self.move.met_robot |= vx * touch.direction[0] + vy * touch.direction[1] > 0 or self.walk.blocked
+
+    def hurt(self, kind: str) -> None:
+        """Take in that it hurts itself at a kind of thing."""
+        if (damage := self._damage[kind]) > self.move.harm:  # only the worst of a timestep counts
+            self.move.harm, self.move.kind = damage, kind
+
+    def end(self) -> Booking:
+        """End the move, and return what came of it."""
+        move = self.move
+        self.cell = self._nearest_cell()
+        self._bumped = self.cell == move.begun and not move.rests
+        if move.reached_toy:
+            assert move.draw is not None  # drawn when the move began
+            self.goal = int(self.behaviour.next_bin(move.draw)[0])
+        self.move = Move(self.cell, self.cell)
+        return move.booking(self.cell)
+
+    @property
+    def next_goal(self) -> int:
+        """The toy bin that it will want to get to after its present move, if that takes it where it is to."""
+        if not self.move.to_toy:
+            return self.goal
+        assert self.move.draw is not None  # drawn when the move began
+        return int(self.behaviour.next_bin(self.move.draw)[0])
+
+    def _nearest_cell(self) -> int:
+        """The free cell that it is in, or nearest to."""
+        plan, position = self._plan, self.walk.position
+        here = plan.cell_index.get(plan.cell_at(np.array(position)), NOTHING)
+        if 0 <= here < len(plan.free_cells):
+            return here
+        return min(range(len(plan.free_cells)), key=lambda i: math.dist(plan.position(plan.free_cells[i]), position))
+
+
+class Booking(NamedTuple):
+    """What came of a child's move, as `Ledger.book` wants it of every child."""
+
+    begun: int
+    ended: int
+    harm: np.ndarray  # (kinds,)
+    toy: bool
+    blocked: np.ndarray  # (what it led to,), in the order of `BLOCKED`
+    met: np.ndarray  # (how it met the caregiver,), in the order of `MET`
+
+
+@dataclasses.dataclass
+class Move:
+    """One move of one child."""
+
+    begun: int  # free cell in which it begins
+    going: int  # free cell in which it ends, as far as the floor plan tells
+    target: Target | None = None  # what it leads to, or None if the child stays where it is
+    to_toy: bool = False  # whether that is the bin that the child wants to get to
+    # uniform draw for the next bin, should the child reach the one that it wants to get to, (1,)
+    draw: np.ndarray | None = None
+    rests: bool = False  # whether the child means to stay where it is
+    harm: float = 0.0  # damage of the worst thing that has happened so far
+    kind: str = ""  # what that was, the name of one of `KINDS`, or "" if nothing has
+    fell: bool = False  # whether the child has fallen down stairs
+    reached_toy: bool = False  # whether it has reached its bin
+    met_robot: bool = False  # whether the robot, or a closed gate, was in its way
+    # whether the robot came into the cell that it leads to after the child had set out, or None if it was there before
+    entered: bool | None = False
+
+    def booking(self, ended: int) -> Booking:
+        """Return what came of it, once it has ended in a free cell."""
+        harm = np.array([self.harm if kind.name == self.kind else 0.0 for kind in KINDS])
+        blocked = self.met_robot and ended == self.begun and not self.fell
+        what = denied(NOTHING if self.target is None else self.target, blocked)
+        met = {
+            "entered": bool(self.entered),
+            "entered_blocked": bool(self.entered and what.any()),
+            "held_up": self.met_robot and self.target == Target.FREE and ended != self.begun,
+        }
+        return Booking(self.begun, ended, harm, self.reached_toy, what, np.array([met[name] for name in MET]))
+
+
+class CompliantBody:
+    """A child's body on a spring and damper behind its walk, and soft to the touch: an option of the tasks.
+
+    As it is, a child goes where its walk takes it, whatever stands there: between two control timesteps it is a free
+    body of 12 kg, and then it is put back. So the forces between it and the robot are those of a wall that a servo
+    leans on. A compliant child is pushed aside instead: its feet follow the walk, its body sways over them, and when it
+    has been pushed farther than its feet reach it steps. Where nothing touches it, it walks as ever.
+    """
+
+    def reset(self, walk: ToddlerWalk) -> None:
+        """Begin an episode, upright."""
+        self._feet, self._pace = walk.position, (0.0, 0.0)
+
+    def follow(self, walk: ToddlerWalk, physics: Physics, number: int, seconds: float) -> None:
+        """Have the body of a child of a number follow the walk for one control timestep, in seconds.
+
+        Where it is pushed too far, its feet, which the walk has moved, step after it.
+        """
+        (x, y, _), (vx, vy, _) = physics.toddler_position(number), physics.toddler_velocities()[number]
+        lean = _none(float(x) - self._feet[0]), _none(float(y) - self._feet[1])
+        sway = _none(float(vx) - self._pace[0]), _none(float(vy) - self._pace[1])
+        far = math.hypot(*lean)
+        if far > STRIDE:
+            step = 1.0 - STRIDE / far
+            walk.carry(step * lean[0], step * lean[1])
+            lean = lean[0] * (1.0 - step), lean[1] * (1.0 - step)
+        force = -STANCE * lean[0] - SWAY * sway[0], -STANCE * lean[1] - SWAY * sway[1]
+        physics.set_toddler(walk, number, lean, sway, force)
+        # Where its feet will be when this is asked again, for the physics carries them on.
+        self._pace = walk.velocity
+        self._feet = walk.position[0] + seconds * walk.velocity[0], walk.position[1] + seconds * walk.velocity[1]
+
+
+def _none(value: float) -> float:
+    """Nothing, for what is rounding only: then the body is exactly where the walk is."""
+    return 0.0 if abs(value) < _ROUNDING else value
 
 
 class Children(Sequence[HouseChild]):
     """All children of an episode, in the order in which they move; a move takes a novice timestep, in seconds.
 
-    Compliant ones give way to a push, see `child.CompliantBody`.
-
-    Attributes:
-        harm: The worst damage that any of them has taken in the present novice timestep.
-        state: What has become of each hazard, a `State`, (hazards,).
+    Compliant ones give way to a push, see `CompliantBody`. `state` is what has become of each hazard, (hazards,).
     """
 
-    harm = 0.0
+    harm = 0.0  #: the worst damage that any of them has taken in the present novice timestep
 
     def __init__(
         self,
@@ -88,13 +334,12 @@ class Children(Sequence[HouseChild]):
         for figure, child in zip(physics.figures, self._children, strict=False):  # none without visuals
             figure.step(child.walk, child.mood, robot, seconds)
 
-    def take_in(self, physics: Physics, candles: Candles) -> None:
-        """Process their contacts of the last control timestep."""
+    def take_in(self, physics: Physics, on_table: Callable[[int], np.ndarray]) -> None:
+        """Process their contacts of the last control timestep; `on_table` is as of `HouseChild.take_in`."""
         if not physics.touches:  # most of the time
             for child in self._children:
                 child.touched = ()
             return
-        on_table = functools.partial(candles.are_on, physics)
         for number, child in enumerate(self):
             child.take_in([touch for touch in physics.touches if touch.child == number], on_table)
         self.harm = max(child.move.harm for child in self)

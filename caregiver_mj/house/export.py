@@ -25,14 +25,8 @@ _HEADER = f" A house of caregiver_mj. Begin with its keyframe '{_START}'. "
 def export_house(plan: FloorPlan, file: str | pathlib.Path, robot: Embodiment | None = None) -> list[pathlib.Path]:
     """Write the scene of a house, with a child and perhaps a robot, for use without this package.
 
-    Args:
-        plan: The floor plan.
-        file: New file: `.xml`, with images of its floors beside it, or `.mjb`, a single file with the compiled model
-            for the same version of MuJoCo only.
-        robot: The robot in it.
-
-    Returns:
-        The files written.
+    The new file is `.xml`, with images of its floors beside it, or `.mjb`, a single file with the compiled model for
+    the same version of MuJoCo only. Return the files written.
 
     Raises:
         CaregiverError: The suffix is another, a file exists or cannot be written, the house cannot be built, or the

@@ -46,17 +46,12 @@ class Mood(NamedTuple):
 
 
 class Figure:
-    """The visible parts of one child.
+    """The visible parts of one child."""
 
-    Attributes:
-        walked: How far it has walked, metres; backwards counts as less.
-    """
+    walked: float  #: metres; backwards counts as less
 
     def __init__(self, model: mujoco.MjModel, prefix: str):
-        """Find the parts of the child whose elements' names begin with a prefix.
-
-        The model must have visuals.
-        """
+        """Find the parts of the child whose elements' names begin with a prefix, in a model with visuals."""
         self._turns = {part: model.body_quat[model.body(prefix + part).id] for part in _PARTS}
         self._place = model.body_pos[model.body(f"{prefix}look").id]
         self._held = model.body_pos[model.body(f"{prefix}held").id]

@@ -1,18 +1,23 @@
-"""Observations of the house: everything, or what is in view, with the errors of sensing."""
+"""What policies are told of the house: observations, of everything or what is in view, and `TaskInfo` beside them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import dataclasses
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
+from caregiver_mj.caregivers.caregiver import Truth
+from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.sensing import Sensing, Sensor
+from caregiver_mj.interventions.verb import Intervention
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.visibility import CAMERA_RANGE, CAMERA_WIDTH, PLACES, Sight, seen_from, visibility
+from caregiver_mj.robot.embodiment import Embodiment
 
 _LOOKS = 5  # control timesteps between updates of the view
 _SIDES = np.array([(0.0, 0.0), *ACTIONS])
@@ -25,13 +30,9 @@ _AT_HAND = 1.2  # m from the base's middle; nearer things, which may be in the h
 
 
 class Observer:
-    """Observes one episode after another in a house.
+    """Observes one episode after another in a house."""
 
-    Attributes:
-        sensing: Errors, gaps and delay of observations.
-        sight: Which children observations show.
-        seen: Whether each child is seen or felt, bool (children,).
-    """
+    seen: np.ndarray  #: whether each child is seen or felt, bool (children,)
 
     def __init__(
         self,
@@ -44,16 +45,10 @@ class Observer:
         sensing: Sensing | Mapping[str, Any] | None = None,
         sight: Sight | str = "all",
     ):
-        """Prepare to observe.
+        """Prepare to observe, every `control_timestep` seconds.
 
-        Args:
-            plan: The house.
-            children: Number of children.
-            tables: Rectangles of the tables and heights of their tops, (tables, 5), m.
-            control_timestep: Seconds between observations.
-            has_robot: Whether the robot is in the house.
-            sensing: Errors of observations, as `Sensing.of` takes them; None for exact ones.
-            sight: Which children observations show, as `Sight.of` takes it.
+        `tables` are their rectangles and the heights of their tops, (tables, 5), m. `Sensing.of` and `Sight.of` say
+        which errors observations have, and which children they show.
 
         Raises:
             CaregiverError: A number of the sensing is out of range, or the sight is unknown.
@@ -158,7 +153,9 @@ class RobotEyes:
         for camera, middle in ((eye, np.array((x, y))), *((camera, camera[:2]) for camera in self._ceiling)):
             in_view = seen_from(self._plan, middle, points[:, :2])
             if camera is eye and self._sight.turns:
-                in_view &= _in_picture(points[:, :2] - eye[:2], yaw)
+                to = points[:, :2] - eye[:2]
+                far, ahead = np.linalg.norm(to, axis=1), to[:, 0] * np.cos(yaw) + to[:, 1] * np.sin(yaw)
+                in_view &= (far <= CAMERA_RANGE) & (ahead >= np.cos(CAMERA_WIDTH / 2) * far)
             which = np.flatnonzero(in_view)
             geom, free = physics.first_hits(camera, points[which])
             far = np.linalg.norm(points[which] - camera, axis=1)
@@ -176,8 +173,21 @@ class RobotEyes:
         return np.asarray(seen), found[ends[1] :] | (away < _AT_HAND), cells
 
 
-def _in_picture(offsets: np.ndarray, yaw: float) -> np.ndarray:
-    """Return whether offsets, (n, 2), from a camera with a heading are in its field of view, bool (n,)."""
-    far = np.linalg.norm(offsets, axis=1)
-    ahead = offsets[:, 0] * np.cos(yaw) + offsets[:, 1] * np.sin(yaw)
-    return (far <= CAMERA_RANGE) & (ahead >= np.cos(CAMERA_WIDTH / 2) * far)
+@dataclasses.dataclass(frozen=True)
+class TaskInfo:
+    """The information for policies beside observations."""
+
+    plan: FloorPlan  # the house
+    family: ChildGroup  # the specification of the children
+    embodiment: Embodiment | None  # the robot, if any
+    sensing: Sensing  # errors, gaps and delay of observations
+    sight: Sight  # which children observations show
+    novice_timestep: float  # s
+    child_speed: float  # m/s, at which the children walk
+    # m; heights of the tables' tops, (tables,), if observations show them; else None
+    table_heights: np.ndarray | None
+    # returns the order in an observation; None if the task leaves the choice to the caregiver
+    orders: Callable[[Mapping[str, np.ndarray]], Intervention | None] | None
+    caregiver_seed: int  # seed of this episode for a random caregiver
+    starting_tables: tuple[int, ...]  # index of each candle's table at the start of this episode
+    truth: Callable[[], Truth]  # hidden state, for a `PrivilegedCaregiver` only

@@ -38,18 +38,13 @@ _AWAKE = ("ntree_awake", "nbody_awake", "nparent_awake", "nv_awake")
 
 
 class Physics(OffscreenRendering, engine.Physics):
-    """The house's simulation.
+    """The house's simulation."""
 
-    Attributes:
-        touches: All contacts of the children during the last `step`.
-        touch_reader: Reads the contacts.
-        live: Views of the state, by key of observations, in their order; copy what you keep.
-        figures: Visible bodies of the children; none without visuals.
-        carried: Kind of each candle.
-        embodiment: The robot in the house, or None.
-    """
-
-    embodiment: Embodiment | None = None
+    embodiment: Embodiment | None = None  #: the robot in the house, or None
+    touches: list[Touch]  #: all contacts of the children during the last `step`
+    live: dict[str, np.ndarray]  #: views of the state, by key of observations, in their order; copy what you keep
+    figures: list[Figure]  #: visible bodies of the children; none without visuals
+    carried: tuple[HazardKind, ...]  #: kind of each candle
 
     def __init__(self, data: wrapper.MjData, embodiment: Embodiment | None = None):
         self.embodiment = embodiment
@@ -132,7 +127,7 @@ class Physics(OffscreenRendering, engine.Physics):
         self._panels = [model.geom(f"{gate}panel").id for gate in gates]
         self._embody(self.embodiment)
         self.figures = [Figure(model, child_prefix(k)) for k in range(children)] if self._has_visuals() else []
-        self.touches: list[Touch] = []
+        self.touches = []
 
     def _figure_states(self) -> list[dict[str, float]]:
         return [figure.state for figure in self.figures]
@@ -212,14 +207,8 @@ class Physics(OffscreenRendering, engine.Physics):
 
         For the `eye`, walls go up to the ceiling. `render_flag_overrides={"shadow": True}` draws shadows.
 
-        Args:
-            height: Pixels.
-            width: Pixels.
-            camera_id: The camera's name or number.
-            overlays: Texts.
-            depth: Whether to return distances, m, (height, width).
-            segmentation: Whether to return numbers and types of objects, (height, width, 2).
-            options: Further ones of `dm_control.mujoco.Physics.render`.
+        With `depth` it returns distances, m, (height, width), with `segmentation` numbers and types of objects,
+        (height, width, 2). The options are those of `dm_control.mujoco.Physics.render`.
         """
         is_eye = camera_id == EYE or camera_id == mujoco.mj_name2id(self._raw[0], mujoco.mjtObj.mjOBJ_CAMERA, EYE) >= 0
         if is_eye:
@@ -344,11 +333,9 @@ class Physics(OffscreenRendering, engine.Physics):
     # -- Writing ---------------------------------------------------------------------------------
 
     def set_action(self, action: np.ndarray, seconds: float = 0.0) -> None:
-        """Set the commands of the robot's actuators until the next action.
+        """Set the commands of the robot's actuators until the next action; none without a robot, (0,).
 
-        Args:
-            action: As in `action_spec`, (0,) without a robot.
-            seconds: Time until the next action, see `TargetRamp`; by default the commands apply at once.
+        The next action comes in some seconds, see `TargetRamp`; by default the commands apply at once.
 
         Raises:
             CaregiverError: The action has another shape, or a value that is not finite.
@@ -374,14 +361,9 @@ class Physics(OffscreenRendering, engine.Physics):
         sway: Vector = (0.0, 0.0),
         force: Vector = (0.0, 0.0),
     ) -> None:
-        """Move a child to the position of its walk; the other arguments are for compliant children.
+        """Move a child to the position of its walk.
 
-        Args:
-            walk: Its walk.
-            child: Its number.
-            lean: Displacement of its body from the walk, x and y, m.
-            sway: Velocity of its body relative to the walk, m/s.
-            force: Force on its body until the next call, N.
+        A compliant body leans (m) and sways (m/s) relative to it, with a force (N) on it until the next call.
         """
         position, velocity, pull = self._toddlers[child]
         (x, y), (vx, vy) = walk.position, walk.velocity

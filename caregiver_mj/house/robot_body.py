@@ -19,14 +19,11 @@ class RobotBody:
     """The robot's joints and actuators, as views of the simulation's state.
 
     Attributes:
-        embodiment: The robot.
         base: Positions x, y (m) and yaw (rad) of the base, and their rates, (3,) each.
         arm: Positions and velocities of the arm's joints, (joints,) each, rad.
         fingers: Distances of the fingers from the middle, m, and their rates, m/s, (2,) each.
         wheels: Headings of the wheels in the base, and their rates, (4,) each, rad.
-        base_body: Number of the base's body.
         base_drives: Commanded velocities of the base, (3,), m/s and rad/s.
-        ramp: Interpolates the commands from physics step to physics step.
         pinch: Middle between the fingertips, (3,), m.
     """
 

@@ -49,20 +49,15 @@ def build_house(
     visuals: bool = True,
     table_heights: np.ndarray | None = None,
 ) -> mujoco.MjSpec:
-    """Build the scene of a house.
+    """Build the scene of a house. Joints of the robot's base and of the children have their zero at its origin.
 
     Args:
         plan: The floor plan.
-        robot: Which robot is in it, by its name or as such; True for the default one, False for none. Its base joints
-            have their zero at the house's origin.
-        table_positions: Where the tables' centres are, (tables, 2), metres, if not in the middle of their cells.
-        children: How many children are in it. They do not collide with each other.
-        visuals: Whether to add what is only to be seen. All that moves or collides is the same without it, and the
-            simulation faster.
-        table_heights: How high the tables' tops are, (tables,), metres, if not as that of the model.
-
-    Returns:
-        A specification to compile. The children's joints have their zero at the house's origin too.
+        robot: Which robot is in it, by its name or as such; True for the default one, False for none.
+        table_positions: Centres of the tables, (tables, 2), m, if not in the middle of their cells.
+        children: Number of children, who do not collide with each other.
+        visuals: Whether to add what is only to be seen, which makes the simulation slower and changes nothing in it.
+        table_heights: Heights of the tables' tops, (tables,), m, if not as that of the model.
 
     Raises:
         CaregiverError: There are gates in it, which are of one size, and cells of another one; or something lies on its
@@ -89,7 +84,8 @@ def build_house(
         spec.attach(fittings.read_model(hazard.kind.model, visuals), prefix=f"{hazard.element}/", frame=frame)
     _add_stairwells(spec, plan, visuals)
     for k in range(children):
-        spec.attach(_child(k, visuals), prefix=child_prefix(k), frame=spec.worldbody.add_frame())
+        child = _painted(fittings.read_model("toddler", visuals), _CLOTHES[(k - 1) % len(_CLOTHES)] if k else {})
+        spec.attach(child, prefix=child_prefix(k), frame=spec.worldbody.add_frame())
     if robot is not False:
         _add_robot(spec, find_embodiment(None if robot is True else robot), has_tray=bool(plan.floor_cells))
     if visuals:  # last: to attach a model takes as long as the scene is large
@@ -109,11 +105,6 @@ def child_prefix(child: int) -> str:
 def child_joints(child: int) -> tuple[str, ...]:
     """Return the names of its joints: x, y and yaw."""
     return tuple(child_prefix(child) + joint for joint in ("x", "y", "yaw"))
-
-
-def _child(number: int, visuals: bool) -> mujoco.MjSpec:
-    clothes = _CLOTHES[(number - 1) % len(_CLOTHES)] if number else {}
-    return _painted(fittings.read_model("toddler", visuals), clothes)
 
 
 def _painted(model: mujoco.MjSpec, colours: Mapping[str, tuple[float, ...]]) -> mujoco.MjSpec:

@@ -51,11 +51,7 @@ class Sensing:
 
     @classmethod
     def of(cls, value: Sensing | Mapping[str, Any] | None) -> Sensing:
-        """Make sensing from None, for exact observations, or a dictionary such as `{"candle": {"noise": 0.01}}`.
-
-        Raises:
-            CaregiverError: A name is unknown, or a number is out of range.
-        """
+        """Make sensing from None, for exact observations, or a dictionary such as `{"candle": {"noise": 0.01}}`."""
         sensing = value if isinstance(value, cls) else cls(**_known("sensing", cls, {} if value is None else value))
         candle, child, base = (_blur(name, getattr(sensing, name)) for name in KINDS)
         check_number("sensing: delay", sensing.delay, 0, LONGEST_DELAY)
@@ -93,11 +89,9 @@ def _known(what: str, cls: type, value: Any) -> Mapping[str, Any]:
 
 
 class _Eye:
-    """The errors of all things of one kind.
+    """The errors of all things of one kind."""
 
-    Attributes:
-        bias: Lasting errors, (things, axes).
-    """
+    bias: np.ndarray  #: lasting errors, (things, axes)
 
     def __init__(self, blur: Blur, axes: int, turns: int, seed: list[int]):
         self._blur, self._random = blur, np.random.default_rng(seed)
@@ -105,20 +99,15 @@ class _Eye:
         self._white = np.array([blur.noise] * places + [blur.turn_noise] * turns)
         self._lasting = np.array([blur.bias] * places + [blur.turn_bias] * turns)
         self._last: np.ndarray | None = None  # last values of each thing, NaN at first
-        self.bias: np.ndarray
 
     def see_anew(self, things: int, which: np.ndarray | None = None) -> None:
         """Draw lasting errors of all things, or of some, bool (things,)."""
         drawn = self._random.normal(size=(things, len(self._lasting))) * self._lasting
         self.bias = drawn if which is None else np.where(which[:, None], drawn, self.bias)
 
-    def noise(self) -> np.ndarray:
+    def noise(self, of_velocity: bool = False) -> np.ndarray:
         """Return white errors, (things, axes)."""
-        return self._random.normal(size=self.bias.shape) * self._white
-
-    def velocity_noise(self) -> np.ndarray:
-        """Return white errors of velocities, (things, axes)."""
-        return self._random.normal(size=self.bias.shape) * self._blur.velocity_noise
+        return self._random.normal(size=self.bias.shape) * (self._blur.velocity_noise if of_velocity else self._white)
 
     def show(self, seen: np.ndarray, in_sight: np.ndarray | None = None) -> np.ndarray:
         """Return values (things, numbers) with gaps filled by the last ones; 0 for things out of view."""
@@ -172,8 +161,11 @@ class Sensor:
             self._look_at(self._eyes["base"], seen, "base")
         if "candle_position" in seen:
             self._look_at_candles(exact, seen)
-        if "battery_position" in seen:
-            self._look_at_things(seen)
+        if "battery_position" in seen:  # lasting errors for the episode
+            eye, positions = self._eyes["thing"], seen["battery_position"]
+            if self._step == 0:
+                eye.see_anew(len(positions))
+            seen["battery_position"] = eye.show(positions + eye.bias + eye.noise())
         return seen
 
     def _look_at(self, eye: _Eye, seen: dict[str, np.ndarray], name: str) -> None:
@@ -181,16 +173,9 @@ class Sensor:
         poses, velocities = (np.atleast_2d(seen[f"{name}_{what}"]) for what in ("position", "velocity"))
         if self._step == 0:
             eye.see_anew(len(poses))
-        found = np.hstack([poses + eye.bias + eye.noise(), velocities + eye.velocity_noise()])
+        found = np.hstack([poses + eye.bias + eye.noise(), velocities + eye.noise(of_velocity=True)])
         shown = eye.show(found, seen.get(f"{name}_seen")).reshape(*seen[f"{name}_position"].shape[:-1], 6)
         seen[f"{name}_position"], seen[f"{name}_velocity"] = shown[..., :3], shown[..., 3:]
-
-    def _look_at_things(self, seen: dict[str, np.ndarray]) -> None:
-        """Blur the positions of small things, with lasting errors for the episode."""
-        eye, positions = self._eyes["thing"], seen["battery_position"]
-        if self._step == 0:
-            eye.see_anew(len(positions))
-        seen["battery_position"] = eye.show(positions + eye.bias + eye.noise())
 
     def _look_at_candles(self, exact: Observation, seen: dict[str, np.ndarray]) -> None:
         eye, positions, orientations = self._eyes["candle"], exact["candle_position"], exact["candle_orientation"]
@@ -203,12 +188,11 @@ class Sensor:
         yaw = float(exact["base_position"][2]) if "base_position" in exact else 0.0
         c, s = math.cos(yaw), math.sin(yaw)
         turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-        errors[lifted] = np.einsum("nki,ij->nkj", errors[lifted].reshape(-1, 2, 3), turn).reshape(
-            -1, 6
-        )  # it turns with the robot
+        turned = np.einsum("nki,ij->nkj", errors[lifted].reshape(-1, 2, 3), turn)  # it turns with the robot
+        errors[lifted] = turned.reshape(-1, 6)
         errors += eye.noise()
-        turned = np.array([_turned(q, error) for q, error in zip(orientations, errors[:, 3:], strict=True)])
-        shown = eye.show(np.hstack([positions + errors[:, :3], turned.reshape(-1, 4)]))
+        quaternions = np.array([_turned(q, error) for q, error in zip(orientations, errors[:, 3:], strict=True)])
+        shown = eye.show(np.hstack([positions + errors[:, :3], quaternions.reshape(-1, 4)]))
         seen["candle_position"], seen["candle_orientation"] = shown[:, :3], shown[:, 3:]
 
     def _note(self, eye: _Eye, lifted: np.ndarray, closed: bool) -> None:

@@ -1,7 +1,8 @@
-"""Small things on the floor, and those that children have taken."""
+"""The things of the house that are carried: candles and hot drinks on tables, small things on the floor."""
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 
@@ -9,11 +10,103 @@ import numpy as np
 
 from caregiver_mj.house.children import Children
 from caregiver_mj.house.physics import Physics
+from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import NOTHING, State, Where
-from caregiver_mj.robot import geometry
-from caregiver_mj.robot.geometry import Vector
-from caregiver_mj.robot.view import OFF_FLOOR
+from caregiver_mj.plans.hazards import CANDLE, NOTHING, HazardKind, State, Where
+from caregiver_mj.recording.contacts import FAR, Contacts
+from caregiver_mj.robot.geometry import Vector, to_world, upwards
+from caregiver_mj.robot.view import CHILD_RADIUS, OFF_FLOOR, off_table
+
+_BELOW = 0.05  # metres below the top of a table from which on a candle counts as fallen down
+FLAME_RADIUS = 0.016  # metres, of a candle as in models/candle.xml
+_FLAME = np.linspace(0.170 + FLAME_RADIUS, 0.246 - FLAME_RADIUS, 3)  # spheres along its axis, above its foot, metres
+_BODY = 0.15, 0.68  # metres above the floor between which the axis of a child's body is, as in models/toddler.xml
+_IN_HAND = 0.04  # metres between the fingertips' middle and the axis of a candle that they hold
+_SPHERES = 8  # along the body of what is carried
+_LENGTH = 0.30  # metres from the fingertips' middle to the farthest of a candle that they hold, and more
+
+
+class Candles:
+    """Tracks the candles of one episode."""
+
+    starting_tables: list[int]  #: index of the table on which each stood when the episode began
+
+    def __init__(self, table_rectangles: np.ndarray, table_heights: np.ndarray | None = None):
+        """Take the tables as they stand: rectangles as of `plans.layout`, (tables, 4), and heights, (tables,), m."""
+        self.table_rectangles = table_rectangles
+        usual = np.full(len(table_rectangles), layout.TABLE_HEIGHT)
+        self.table_heights = usual if table_heights is None else table_heights
+        self._lowest = self.table_heights.min(initial=layout.TABLE_HEIGHT) - _BELOW
+        self.reset([])
+
+    def reset(self, starting_tables: Sequence[int]) -> None:
+        """Begin an episode with each candle on a table."""
+        self.starting_tables = list(starting_tables)
+        self._fallen: set[int] = set()
+
+    def standing(self, physics: Physics) -> np.ndarray:
+        """Return whether each candle is upright, and no lower than a table, (candles,)."""
+        high = physics.candle_poses()[:, 2] > self._lowest
+        return high & (physics.candle_upright() > np.cos(np.radians([kind.upset for kind in physics.carried])))
+
+    def count_fallen(self, physics: Physics) -> int:
+        """Return how many have fallen since the last call."""
+        fallen = set(np.flatnonzero(~self.standing(physics)).tolist())
+        count = len(fallen - self._fallen)
+        self._fallen = fallen
+        return count
+
+    def are_on(self, physics: Physics, table: int) -> np.ndarray:
+        """Whether each candle stands (or lies) on a table, (candles,)."""
+        x, y, half_x, half_y = self.table_rectangles[table]
+        poses = physics.candle_poses()
+        over = (np.abs(poses[:, 0] - x) < half_x) & (np.abs(poses[:, 1] - y) < half_y)
+        off = off_table([layout.thing(kind) for kind in physics.carried])
+        return over & (np.abs(poses[:, 2] - self.table_heights[table]) < off)
+
+
+def watch_candle(physics: Physics, seconds: float, tally: Contacts) -> None:
+    """Count where a candle in the hand is, if there is one, for a control timestep of some seconds."""
+    if not physics.is_gripping():
+        return
+    pinch, children = physics.pinch_position(), physics.toddler_positions()
+    x, y, _ = pinch.tolist()
+    nearest_child = min(math.dist((x, y), place) for *place, _ in children.tolist())
+    if nearest_child > FAR + _LENGTH + CHILD_RADIUS:
+        return  # as if it were nowhere
+    poses = physics.candle_poses()
+    if not len(poses):
+        return
+    axes = upwards(poses[:, 3:])
+    from_foot = pinch - poses[:, :3]
+    bodies = np.array([_body(kind) for kind in physics.carried])
+    along = np.clip((from_foot * axes).sum(axis=1), bodies[:, 0], bodies[:, -1])
+    off = np.linalg.norm(from_foot - along[:, None] * axes, axis=1)
+    nearest = int(off.argmin())
+    if off[nearest] > _IN_HAND:
+        return
+    kind = physics.carried[nearest]
+    spheres = np.concatenate([bodies[nearest], _FLAME if kind is CANDLE else ()])
+    distances = _distances(poses[nearest, :3] + spheres[:, None] * axes[nearest], children[:, :2])
+    wax = min(distances[:_SPHERES]) - CHILD_RADIUS - layout.thing(kind).width
+    flame = min(distances[_SPHERES:], default=math.inf) - CHILD_RADIUS - FLAME_RADIUS
+    tally.carry(min(FAR, max(0.0, flame)), min(FAR, max(0.0, wax)), seconds)
+
+
+@functools.cache
+def _body(kind: HazardKind) -> np.ndarray:
+    """Spheres along the axis of a thing but for its flame, as wide as it: their heights above its foot, metres."""
+    thing = layout.thing(kind)
+    return np.linspace(thing.width, thing.height - thing.width, _SPHERES)
+
+
+def _distances(points: np.ndarray, children: np.ndarray) -> list[float]:
+    """From each of points (n, 3) to the axis of the nearest child (children, 2), metres."""
+    across = np.linalg.norm(points[:, None, :2] - children, axis=2)  # (n, children)
+    low, high = _BODY
+    beyond = np.maximum(0.0, np.maximum(points[:, 2] - high, low - points[:, 2]))
+    return np.hypot(across, beyond[:, None]).min(axis=1).tolist()
+
 
 _OFFSET = 0.2  # metres off the middle of its cell at the start, at most, in x and in y
 _FARTHEST = 1.5  # cells between two points of one cell, and more
@@ -47,7 +140,7 @@ class Things:
         for i, child in enumerate(self._taken):
             if child != NOTHING:
                 x, y, yaw = physics.toddler_position(child).tolist()
-                physics.set_thing(i, (*geometry.to_world((x, y, yaw), (ahead, 0.0)), height), yaw)
+                physics.set_thing(i, (*to_world((x, y, yaw), (ahead, 0.0)), height), yaw)
 
     def take_in(self, physics: Physics, children: Children) -> None:
         """Update which things are off the floor or taken, after a control timestep."""

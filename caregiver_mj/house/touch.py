@@ -19,19 +19,13 @@ _NUMBERED = ("bin", *(kind.name for kind in KINDS))  # kinds of which a house ma
 
 
 class TouchReader:
-    """Reads the children's contacts of the present physics step.
-
-    Attributes:
-        bodies: Geoms of the children.
-        robot: The robot, if any.
-        is_any: Returns whether there is any contact to read.
-    """
+    """Reads the children's contacts of the present physics step; `is_any` tells whether there is one to read."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, children: int):
         self._model, self._data = model, data
-        self.robot: RobotBody | None = None
+        self.robot: RobotBody | None = None  # to be set if there is one
         self._children = {model.geom(f"{child_prefix(k)}body").id: k for k in range(children)}
-        self.bodies = tuple(self._children)
+        self.bodies = tuple(self._children)  # geoms of the children
         self._things = [_thing_of(model.geom(i).name) for i in range(model.ngeom)]
         self._parts = _robot_parts(model)
         self._of_body = model.geom_bodyid.tolist()
@@ -119,13 +113,7 @@ class TouchReader:
         effective mass along the contact, 1 / (n^T J M^-1 J^T n) (Khatib, Int. J. Robotics Research 14, 1995), with
         MuJoCo's mass matrix M including the rotors' inertias: 20 to 120 kg at the base, 3 to 9 kg at the palm. It
         ignores joint limits, so a finger that is pushed along its slide counts with its own mass only, and the thing in
-        the hand.
-
-        Args:
-            child: The child's number.
-            geom: Geom of the robot.
-            point: Place of the contact, (3,), m.
-            normal: Unit vector between the two, (3,).
+        the hand. The contact is at a point (3,), m, with a unit vector (3,) between the two.
         """
         model, data, row, solved = self._model, self._data, self._row, self._solved
         mujoco.mj_jac(model, data, self._jacobian, None, point, self._of_body[geom])

@@ -75,25 +75,15 @@ class Interventions(Sequence[Intervention]):
 
 @dataclasses.dataclass(frozen=True)
 class Verb:
-    """A kind of intervention.
+    """A kind of intervention."""
 
-    Attributes:
-        name: Its name in an `Intervention`.
-        activity: Description in words; `{hazard}` stands for the hazard.
-        where: Place of its hazards; None for any, or for no hazard.
-        to_table: Whether its destination is a table.
-        counts: Whether starting it counts as an intervention, and interrupts another one.
-        leaves: Permanent state of its hazard when it is done.
-        handles: Whether it needs the hand.
-    """
-
-    name: str
-    activity: str
-    where: Where | None = None
-    to_table: bool = False
-    counts: bool = True
-    leaves: State = State.AS_PLANNED
-    handles: bool = False
+    name: str  #: its name in an `Intervention`
+    activity: str  #: description in words; `{hazard}` stands for the hazard
+    where: Where | None = None  #: place of its hazards; None for any, or for no hazard
+    to_table: bool = False  #: whether its destination is a table
+    counts: bool = True  #: whether starting it counts as an intervention, and interrupts another one
+    leaves: State = State.AS_PLANNED  #: permanent state of its hazard when it is done
+    handles: bool = False  #: whether it needs the hand
 
     def describe(self, plan: FloorPlan, intervention: Intervention) -> str:
         """Return an intervention in words, such as "block stairwell 1"."""
@@ -125,22 +115,14 @@ VERBS = {
 
 
 def verb_of(name: str) -> Verb:
-    """Return a verb by name.
-
-    Raises:
-        CaregiverError: The name is unknown.
-    """
+    """Return a verb by name; raise CaregiverError if it is unknown."""
     if name not in VERBS:
         raise CaregiverError(f"no verb '{name}': there are {', '.join(VERBS)}")
     return VERBS[name]
 
 
 def half_of(name: str, halves: Mapping[str, Half], table: str) -> Half:
-    """Return a world's half of a verb from its table.
-
-    Raises:
-        CaregiverError: The verb is unknown, or has no half there.
-    """
+    """Return a world's half of a verb from its table; raise CaregiverError if it has none there."""
     if verb_of(name).name not in halves:
         raise CaregiverError(f"verb '{name}' must have its half in {table} to be carried out, got {', '.join(halves)}")
     return halves[name]

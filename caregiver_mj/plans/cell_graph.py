@@ -6,17 +6,13 @@ import enum
 import functools
 from collections import deque
 from collections.abc import Collection, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans import hazards
 from caregiver_mj.plans.hazards import Where
-
-if TYPE_CHECKING:
-    from scipy.sparse import csr_array
-
 
 Cell = tuple[int, int]  # (row, column)
 # The child's action set: north, east, south, west as (row, column) steps.
@@ -91,9 +87,8 @@ class CellGraph:
     def moves(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The result of every move of a child, three arrays (free cells, 4).
 
-        Returns:
-            The cell after the move (the same for a bump), the `Target`, and the index of that object among
-            `stairwells`, `tables` or `bins` (-1 for free cells and walls).
+        They are the cell after the move (the same for a bump), the `Target`, and the index of that object among
+        `stairwells`, `tables` or `bins` (-1 for free cells and walls).
         """
         kinds, objects = np.full_like(self._index, Target.WALL), np.full_like(self._index, -1)
         for symbol, kind in _TARGETS.items():
@@ -141,10 +136,7 @@ class CellGraph:
         """Return the walking distances of the caregiver, in moves, int16 (goals, caregiver cells).
 
         Goals are cells, or groups of cells of which the nearest counts. Closed cells, such as those of children, cannot
-        be entered. A distance without a path is `UNREACHABLE`.
-
-        Raises:
-            CaregiverError: A distance exceeds the range of int16.
+        be entered. A distance without a path is `UNREACHABLE`; one beyond int16 raises CaregiverError.
         """
         return self._distances(goals, self._open_edges(closed), self._cells, closed)
 
@@ -277,15 +269,15 @@ def _indices(cells: int | Collection[int]) -> np.ndarray:
     return np.atleast_1d(np.array(list(cells) if isinstance(cells, Collection) else cells, int))
 
 
-def _as_graph(edges: np.ndarray, size: int) -> csr_array:
-    """Return the graph of edges, (edges, 2), sorted by their first nodes."""
+def _as_graph(edges: np.ndarray, size: int) -> Any:
+    """Return the `csr_array` of a graph of edges, (edges, 2), sorted by their first nodes."""
     from scipy.sparse import csr_array
 
     begins, ends = edges.T.copy()
     return csr_array((np.ones(len(edges)), ends, np.searchsorted(begins, np.arange(size + 1))), shape=(size, size))
 
 
-def _components(graph: csr_array) -> np.ndarray:
+def _components(graph: Any) -> np.ndarray:
     """Return the number of each node's connected component, (nodes,)."""
     from scipy.sparse import csgraph
 

@@ -47,18 +47,12 @@ class FloorPlan:
     """A validated floor plan.
 
     Make one with `FloorPlan.load` or `FloorPlan.parse`, which reject malformed plans.
-
-    Attributes:
-        name: Name of the plan in tables and messages.
-        rows: The text, one string a row, all of one length.
-        cell_size: Side of a cell in metres.
-        damage: Damage of collisions.
     """
 
-    name: str
-    rows: tuple[str, ...]
-    cell_size: float = DEFAULT_CELL_SIZE
-    damage: DamageWeights = DamageWeights()
+    name: str  #: name of the plan in tables and messages
+    rows: tuple[str, ...]  #: the text, one string a row, all of one length
+    cell_size: float = DEFAULT_CELL_SIZE  #: m; side of a cell
+    damage: DamageWeights = DamageWeights()  #: damage of collisions
 
     # -- Reading ---------------------------------------------------------------------------------
 

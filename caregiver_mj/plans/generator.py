@@ -6,7 +6,6 @@ about, and the robot can drive to all places that it needs.
 
 from __future__ import annotations
 
-import enum
 from collections.abc import Sequence
 from typing import Any
 
@@ -17,11 +16,12 @@ from caregiver_mj.plans.cell_graph import BIN, CANDLE, FREE, STAIRWELL, TABLE, W
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import BATTERY, GATE, MUG
 from caregiver_mj.plans.layout import Layout
-from caregiver_mj.plans.request import Request, draw, pick
-from caregiver_mj.plans.rooms import Room, Shell, build_shell
+from caregiver_mj.plans.request import SEEDS, Request, draw, pick
+from caregiver_mj.plans.rooms import MAKERS, SHAPES, Shell, build_shell
 from caregiver_mj.plans.routes import yielding
 
 _TRIES = (3, 60)  # least and greatest number of tries; larger houses get fewer
+_SHAPE_TRIES = 60
 _TRIED_CELLS = 30_000  # within outer walls, in all tries together
 _ROOM_SIDES = (3, 2, 1)  # cells; least length of a room's shorter side, in earlier and later tries
 DRIVING = 0.34  # m; clearance of the base's centre while driving: its radius of 0.27, and 0.07
@@ -67,6 +67,26 @@ def design(request: Request) -> tuple[FloorPlan, Shell]:
             return plan, shell
     *some, last = (f"{field} {count}" for field, count in counts.items())
     raise request.error(f"no way was found to fit {', '.join(some)} and {last} into {width} x {height} cells")
+
+
+def generate_shape(shape: str, seed: int) -> FloorPlan:
+    """Return the house of a shape and a seed, valid and drivable.
+
+    Raises:
+        FloorPlanError: The shape or the seed is invalid, or no valid house was found.
+    """
+    if shape not in SHAPES:
+        raise FloorPlanError(f"the shape must be one of {', '.join(SHAPES)}, got '{shape}'")
+    if not 0 <= seed < SEEDS:
+        raise FloorPlanError(
+            f"floor plan '{shape}-{seed}' cannot be made: the seed must be an integer from 0 to {SEEDS - 1}, got {seed}"
+        )
+    for attempt in range(_SHAPE_TRIES):
+        random = np.random.RandomState([[*SHAPES].index(shape), seed, attempt])
+        shell, counts = MAKERS[shape](random)
+        if plan := furnished(random, shell, counts, f"{shape}-{seed}"):
+            return plan
+    raise FloorPlanError(f"floor plan '{shape}-{seed}' cannot be made: no way was found")
 
 
 def furnished(random: np.random.RandomState, shell: Shell, counts: Sequence[int], name: str) -> FloorPlan | None:
@@ -157,20 +177,12 @@ def _clearance(centres: np.ndarray, halves: np.ndarray, obstacles: np.ndarray) -
 # -- Furniture and stairwells ---------------------------------------------------------------------------
 
 
-class Spot(enum.Enum):
-    """A kind of place in a room."""
-
-    CORNER = enum.auto()
-    WALL = enum.auto()
-    OPEN = enum.auto()
-    WAY = enum.auto()  # on the way to a doorway, but not before it
-
-
-# Usual places of things, in percent, in the order of preference if the drawn one is taken.
+# Usual places of things, in percent, in the order of preference if the drawn one is taken. A way leads to a doorway,
+# but is not before it.
 _HABITS = {
-    STAIRWELL: {Spot.WALL: 48, Spot.CORNER: 30, Spot.WAY: 17, Spot.OPEN: 5},
-    BIN: {Spot.CORNER: 65, Spot.WALL: 35, Spot.OPEN: 0},
-    TABLE: {Spot.WALL: 60, Spot.OPEN: 25, Spot.CORNER: 15},
+    STAIRWELL: {"wall": 48, "corner": 30, "way": 17, "open": 5},
+    BIN: {"corner": 65, "wall": 35, "open": 0},
+    TABLE: {"wall": 60, "open": 25, "corner": 15},
 }
 
 
@@ -183,15 +195,8 @@ def furnish(
 ) -> np.ndarray | None:
     """Furnish a house so that no thing divides a room, and each thing keeps a free cell beside it.
 
-    Args:
-        random: Source of randomness.
-        shell: The house without furniture.
-        fixtures: Numbers of stairwells and bins, by character.
-        tables: Numbers of tables, by character.
-        on_floor: Numbers of small things on the floor, by character.
-
-    Returns:
-        Characters (rows, columns), or None if a thing finds no place.
+    The numbers of things are by character; `fixtures` are stairwells and bins. Return the characters (rows, columns),
+    or None if a thing finds no place.
     """
     house = _Furnished(shell)
     of_tables = random.permutation(_each(tables)).tolist()
@@ -255,13 +260,13 @@ class _Furnished:
             possible &= ~beside
         return possible & (~self._corridor if kind != STAIRWELL else True)
 
-    def _where(self, place: Spot, kind: str) -> np.ndarray:
+    def _where(self, place: str, kind: str) -> np.ndarray:
         """Return all cells of a kind of place, free or not, bool (rows, columns)."""
-        if place is Spot.CORNER:
+        if place == "corner":
             return self._is_corner & (self._outer if kind == STAIRWELL else True)
-        if place is Spot.WALL:
+        if place == "wall":
             return (self._walls == 1) & (self._outer if kind == STAIRWELL else True)
-        if place is Spot.OPEN:
+        if place == "open":
             around = _ring(np.pad(self.grid == FREE, 1))
             return self._spacious & np.logical_and.reduce(around)
         return self._near_doorway
@@ -269,14 +274,12 @@ class _Furnished:
     def _draw_cell(self, random: np.random.RandomState, cells: np.ndarray) -> Cell:
         """Draw a room, preferring empty ones, and one of its cells."""
         rooms = [room for room in self._rooms if cells[room.inside].any()]
-        weights = [1 + 1000 * room.area // (1 + self._things(room)) ** 2 for room in rooms]
+        things = [int((self.grid[room.inside] != FREE).sum()) for room in rooms]
+        weights = [1 + 1000 * room.area // (1 + count) ** 2 for room, count in zip(rooms, things, strict=True)]
         room = pick(random, rooms, weights)
         found = np.argwhere(cells[room.inside])
         row, column = found[draw(random, len(found))].tolist()
         return room.top + row, room.left + column
-
-    def _things(self, room: Room) -> int:
-        return int((self.grid[room.inside] != FREE).sum())
 
 
 def _ring(padded: np.ndarray) -> list[np.ndarray]:

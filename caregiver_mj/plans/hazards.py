@@ -38,37 +38,22 @@ class State(enum.IntEnum):
 
 @dataclasses.dataclass(frozen=True)
 class HazardKind:
-    """A kind of hazard, without its model.
+    """A kind of hazard, without its model."""
 
-    Attributes:
-        name: Name in sentences, in columns (`damage_candle`) and in the scene (`candle_0/...`).
-        symbol: Character in floor plans, and in labels such as "C1".
-        where: Its place.
-        damage: Default damage of one collision (paper, section V.B).
-        verb: Name of the verb against it; None if there is none, so that it is no `Hazard`.
-        cell: Names of its cell, singular and plural.
-        at: Place of the damage, in tables.
-        harm: Cause of the damage, in a sentence.
-        model: File in `models/`. Its first geom is the one to touch; of a carried thing, the upright cylinder to grip.
-        colour: Colour in drawings: red, green, blue, 0 to 255.
-        fenced: Whether it can be entered only from the side opposite to its stairs, and by children only.
-        grip: Height of the grip above the foot of a carried thing, m.
-        upset: Tilt beyond which a carried thing has fallen or spilt, degrees.
-    """
-
-    name: str
-    symbol: str
-    where: Where
-    damage: float
-    verb: str | None
-    cell: tuple[str, str]
-    at: str
-    harm: str
+    name: str  #: in sentences, in columns (`damage_candle`) and in the scene (`candle_0/...`)
+    symbol: str  #: character in floor plans, and in labels such as "C1"
+    where: Where  #: its place
+    damage: float  #: default damage of one collision (paper, section V.B)
+    verb: str | None  #: name of the verb against it; None if there is none, so that it is no `Hazard`
+    cell: tuple[str, str]  #: names of its cell, singular and plural
+    at: str  #: place of the damage, in tables
+    harm: str  #: cause of the damage, in a sentence
+    #: file in `models/`; its first geom is the one to touch, of a carried thing the upright cylinder to grip
     model: str
-    colour: tuple[int, int, int]
-    fenced: bool = False
-    grip: float = 0.10
-    upset: float = 30.0
+    colour: tuple[int, int, int]  #: in drawings: red, green, blue, 0 to 255
+    fenced: bool = False  #: whether it can be entered only from the side opposite to its stairs, and by children only
+    grip: float = 0.10  #: m; height of the grip above the foot of a carried thing
+    upset: float = 30.0  #: degrees; tilt beyond which a carried thing has fallen or spilt
 
     def __str__(self) -> str:
         return self.name

@@ -121,16 +121,11 @@ class Stretch(NamedTuple):
 
 
 class Layout:
-    """The shapes of a house, computed on first use. Do not write to the arrays.
-
-    Attributes:
-        plan: The floor plan.
-        wall_thickness: In metres, at most a third of a cell.
-    """
+    """The shapes of a house, computed on first use. Do not write to the arrays."""
 
     def __init__(self, plan: FloorPlan):
         self.plan = plan
-        self.wall_thickness = min(WALL_THICKNESS, plan.cell_size / 3)
+        self.wall_thickness = min(WALL_THICKNESS, plan.cell_size / 3)  # m
         self._wall = plan.symbols == WALL
 
     @functools.cached_property
@@ -207,8 +202,8 @@ class Layout:
         inside = ~self._wall
         for cell, _ in self.doorways:
             inside[cell] = False
-        part = _parts(inside)
-        return tuple(part == i for i in np.unique(part[inside]))
+        part, count = _parts(inside)
+        return tuple(part == i for i in range(1, count + 1))
 
     def wall_places(self) -> list[tuple[np.ndarray, float]]:
         """Return places for decorations: points (2,) at the foot of a wall, in metres, and the yaw that faces the room.
@@ -330,8 +325,7 @@ class Layout:
     @functools.cached_property
     def _outside(self) -> np.ndarray:
         """Mask of the parts outside the house's walls, (3 rows, 3 columns)."""
-        passable = np.pad(~self._solid & ~self._at_alcove, 1, constant_values=True)
-        part = _parts(passable)
+        part, _ = _parts(np.pad(~self._solid & ~self._at_alcove, 1, constant_values=True))
         return (part == part[0, 0])[1:-1, 1:-1]
 
     @functools.cached_property
@@ -351,15 +345,11 @@ class Layout:
         return np.array([[*self.plan.position(cell), half_size, half_size] for cell in cells]).reshape(-1, 4)
 
 
-def _parts(mask: np.ndarray) -> np.ndarray:
-    """Return the number of each cell's connected part of a mask; cells outside are separate parts."""
-    from scipy.sparse import coo_array, csgraph
+def _parts(mask: np.ndarray) -> tuple[np.ndarray, int]:
+    """Return the number of each cell's connected part of a mask, from 1 (0 outside), and how many there are."""
+    from scipy import ndimage  # imported here because it is slow
 
-    index = np.arange(mask.size).reshape(mask.shape)
-    beside, below = index[:, :-1][mask[:, :-1] & mask[:, 1:]], index[:-1][mask[:-1] & mask[1:]]
-    edges = np.concatenate([[beside, beside + 1], [below, below + mask.shape[1]]], axis=1)
-    graph = coo_array((np.ones(edges.shape[1]), edges), shape=(mask.size, mask.size))
-    return csgraph.connected_components(graph, directed=False)[1].reshape(mask.shape)
+    return ndimage.label(mask)
 
 
 def largest_rectangle(mask: np.ndarray) -> tuple[Cell, Cell]:

@@ -45,11 +45,7 @@ class RouteTables:
     """
 
     def __init__(self, plan: FloorPlan, places: Sequence[Sequence[int]]):
-        """Prepare the tables.
-
-        Raises:
-            CaregiverError: The house is too large.
-        """
+        """Prepare the tables, or raise CaregiverError if the house is too large."""
         check_size(plan, places)
         self._plan, self._yielding = plan, yielding(plan)
         self._stand = [list(place) for place in places]
@@ -69,16 +65,10 @@ class RouteTables:
     def towards(
         self, place: np.ndarray, child_cell: np.ndarray, caregiver_cell: np.ndarray, yields: bool = True
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the routes to places.
+        """Return the moves to a place, `UNREACHABLE` without a path, and the next cell, (B,) each.
 
-        Args:
-            place: Numbers of places, `ASIDE` or `STAY`, (B,).
-            child_cell: The children's cells, (B, K).
-            caregiver_cell: The caregiver's cell, (B,).
-            yields: Whether it keeps its distance from children that bar its way; else it stays.
-
-        Returns:
-            Moves to each place, `UNREACHABLE` without a path, and the next cell, (B,) each.
+        The places (B,) are numbers, `ASIDE` or `STAY`, for children's cells (B, K) and the caregiver's (B,). One that
+        yields keeps its distance from children that bar its way; another stays.
         """
         row = self._rows(child_cell)
         stays = place == STAY

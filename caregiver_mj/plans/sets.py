@@ -19,10 +19,10 @@ from collections.abc import Iterable, Mapping
 
 from caregiver_mj.errors import FloorPlanError
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.generator import design
+from caregiver_mj.plans.generator import design, generate_shape
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.plans.request import Request
-from caregiver_mj.plans.shapes import SHAPES, generate_shape
+from caregiver_mj.plans.rooms import SHAPES
 
 LARGEST_SET = 1000  # houses
 FIRST_SEEDS = {
@@ -49,11 +49,7 @@ DRAWN = (
 
 
 def house(name: str) -> FloorPlan | None:
-    """Make the house with a name such as `house-17` or `test-100/17`; return None for another kind of name.
-
-    Raises:
-        FloorPlanError: The set has no such house.
-    """
+    """Make the house with a name such as `house-17` or `test-100/17`; return None for another kind of name."""
     if (request := Request.from_name(name)) is not None:
         return design(request)[0]
     shape, _, seed = name.rpartition("-")
@@ -78,11 +74,7 @@ def _is_seed(text: str) -> bool:
 
 
 def house_set(name: str) -> tuple[FloorPlan, ...]:
-    """Make all houses of a set: one of `SETS`, with N from 1 to 1000, for `drawn-N` to 10.
-
-    Raises:
-        FloorPlanError: The set is unknown.
-    """
+    """Make all houses of a set: one of `SETS`, with N from 1 to 1000, for `drawn-N` to 10; or raise FloorPlanError."""
     names = _names(name)
     if names is None:
         raise FloorPlanError(

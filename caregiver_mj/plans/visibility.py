@@ -40,11 +40,7 @@ class Sight:
 
     @classmethod
     def of(cls, text: str | Sight) -> Sight:
-        """Parse `all`, `walls`, `camera` or `rooms:N`.
-
-        Raises:
-            CaregiverError: The text is none of these.
-        """
+        """Parse `all`, `walls`, `camera` or `rooms:N`, or raise CaregiverError."""
         if isinstance(text, Sight):
             return text
         name, _, number = str(text).partition(":")
@@ -74,10 +70,8 @@ FULL = Sight()
 class Visibility:
     """The free cells in view from each caregiver cell.
 
-    Attributes:
-        seen: Whether each free cell is in view from a cell with a heading, a move or `ALL_ROUND`, bool (caregiver
-            cells, moves + 1, free cells). The caregiver's own cell always is.
-        ceiling: Caregiver cells under ceiling cameras.
+    `seen` tells whether each is from a cell with a heading, a move or `ALL_ROUND`, bool (caregiver cells, moves + 1,
+    free cells). The caregiver's own cell always is. `ceiling` are the caregiver cells under ceiling cameras.
     """
 
     def __init__(self, plan: FloorPlan, sight: Sight):

@@ -14,8 +14,8 @@ from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.registry import find_caregiver, is_caregiver, make_caregiver
 from caregiver_mj.caregivers.server import SCHEMES, Queries
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.house.observer import TaskInfo
 from caregiver_mj.house.rendering import control
-from caregiver_mj.house.task_info import TaskInfo
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.registry import check_call, errors_of

@@ -20,10 +20,10 @@ from caregiver_mj.caregivers.percept import Assessment, Percept
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.errors import CaregiverError, check_kind
+from caregiver_mj.house.observer import TaskInfo
 from caregiver_mj.house.rendering import control
 from caregiver_mj.house.scene import build_house
 from caregiver_mj.house.sensing import Sensing
-from caregiver_mj.house.task_info import TaskInfo
 from caregiver_mj.interventions.verb import Intervention
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import WALKABLE

@@ -32,8 +32,8 @@ from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.interventions.verb import CLOSE
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import KINDS, NOTHING
+from caregiver_mj.plans.rooms import SHAPES
 from caregiver_mj.plans.sets import houses_named
-from caregiver_mj.plans.shapes import SHAPES
 from caregiver_mj.policy.pace import robot_pace
 from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.robot.embodiments import find_embodiment

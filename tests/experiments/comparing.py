@@ -1,6 +1,12 @@
 """What of a run does not depend on the machine, and whether two runs agree in it."""
 
+import os
+import signal
+
+import numpy as np
 import pandas as pd
+
+from caregiver_mj.errors import CaregiverError
 
 
 def rows(result):
@@ -19,6 +25,25 @@ def comparable(episodes):
 def same(result, other):
     pd.testing.assert_frame_equal(rows(result), rows(other), check_exact=True)
     pd.testing.assert_frame_equal(result.maps, other.maps, check_exact=True)
+
+
+def twelve_houses():
+    """Damage in twelve houses of 20 episodes, with a caregiver and without."""
+    random = np.random.default_rng(1)
+    share = random.uniform(0.2, 0.5, 12)
+    theirs = [random.poisson(mean, 20).astype(float) for mean in random.uniform(5, 30, 12)]
+    return [random.binomial(x.astype(int), p).astype(float) for x, p in zip(theirs, share, strict=True)], theirs
+
+
+def square(job):
+    """A job for workers, of which some fail."""
+    if job == "deadly":
+        os.kill(os.getpid(), signal.SIGKILL)
+    if job == "wrong":
+        raise ValueError("job is wrong")
+    if job == "refused":
+        raise CaregiverError("job is refused")
+    return job**2
 
 
 def without_times(summary):

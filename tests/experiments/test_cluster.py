@@ -7,10 +7,9 @@ from unittest import mock
 import dask
 import distributed
 import pytest
-from comparing import same
+from comparing import same, square
 
 from caregiver_mj import cli
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.cluster import DaskExecutor
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.settings import Settings
@@ -46,16 +45,6 @@ def has_jobs(cluster, nanny):
     return worker is not None and len(worker.processing) > 0
 
 
-def _square(job):
-    if job == "deadly":
-        os.kill(os.getpid(), signal.SIGKILL)
-    if job == "wrong":
-        raise ValueError("job is wrong")
-    if job == "refused":
-        raise CaregiverError("job is refused")
-    return job**2
-
-
 @pytest.mark.slow
 def test_a_killed_worker_changes_nothing(cluster):
     settings = Settings(FloorPlan.load("paper"), "grid", ("none", "paper"), ("1", ".25"), 20)
@@ -86,8 +75,8 @@ def test_a_killed_worker_changes_nothing(cluster):
 def test_a_job_that_fails_ends_the_run(cluster, job, message):
     with DaskExecutor(cluster.scheduler_address) as executor:
         with pytest.raises(WorkerError, match=message):
-            list(executor.run(_square, [job]))
-        assert list(executor.run(_square, [3])) == [(3, 9)]  # and no other one
+            list(executor.run(square, [job]))
+        assert list(executor.run(square, [3])) == [(3, 9)]  # and no other one
 
 
 # -- The command -------------------------------------------------------------------------------------

@@ -5,9 +5,8 @@ import pandas as pd
 import pytest
 from test_statistics import frame
 
-from caregiver_mj.experiments.harm import judge
 from caregiver_mj.experiments.intervals import of_difference
-from caregiver_mj.experiments.summary import by_house, harm, judge_run
+from caregiver_mj.experiments.summary import by_house, harm, judge, judge_run
 from caregiver_mj.experiments.verdicts import holm, least_p_more, sign_flip_p_more
 
 # House, epsilon: seven episodes alone, and what `bully` and `paper` add to each.

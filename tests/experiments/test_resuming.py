@@ -13,7 +13,7 @@ import time
 import pandas as pd
 import psutil
 import pytest
-from comparing import comparable, rows, same, without_times
+from comparing import comparable, rows, same, square, without_times
 
 from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.experiments import workers
@@ -164,18 +164,10 @@ def test_a_worker_goes_on_with_the_house_that_it_knows():
     assert len({(block.house, worker) for block, worker in done}) <= 7
 
 
-def _square(job):
-    if job == "deadly":
-        os.kill(os.getpid(), signal.SIGKILL)
-    if job == "wrong":
-        raise ValueError("job is wrong")
-    return job**2
-
-
 @pytest.mark.slow
 def test_workers_do_every_job_or_say_which_they_do_not():
-    assert dict(workers.run_jobs(_square, range(7), 2)) == {job: job**2 for job in range(7)}
+    assert dict(workers.run_jobs(square, range(7), 2)) == {job: job**2 for job in range(7)}
     with pytest.raises(workers.WorkerError, match="deadly: its worker process died 2 times"):
-        list(workers.run_jobs(_square, [1, "deadly", 2], 2, deaths=2))
+        list(workers.run_jobs(square, [1, "deadly", 2], 2, deaths=2))
     with pytest.raises(workers.WorkerError, match="ValueError: job is wrong"):
-        list(workers.run_jobs(_square, [1, "wrong"], 2))
+        list(workers.run_jobs(square, [1, "wrong"], 2))

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pandas as pd
 import pytest
+from comparing import twelve_houses
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import statistics, two_level
@@ -117,11 +118,7 @@ def test_what_does_not_pair_is_refused():
 
 @pytest.fixture(scope="module")
 def houses():
-    """Damage in twelve houses of 20 episodes, with the caregiver and without."""
-    random = np.random.default_rng(1)
-    share = random.uniform(0.2, 0.5, 12)
-    theirs = [random.poisson(mean, 20).astype(float) for mean in random.uniform(5, 30, 12)]
-    return [random.binomial(x.astype(int), p).astype(float) for x, p in zip(theirs, share, strict=True)], theirs
+    return twelve_houses()
 
 
 @pytest.fixture(scope="module")

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from comparing import twelve_houses
 
 from caregiver_mj.experiments import two_level
 from caregiver_mj.experiments.intervals import of_difference, of_mean, of_ratio
@@ -11,11 +12,7 @@ ESTIMATES = (two_level.of_mean_ratio, two_level.of_ratio, two_level.of_differenc
 
 @pytest.fixture
 def houses():
-    """Twelve houses of 20 episodes: ours, theirs."""
-    random = np.random.default_rng(1)
-    share = random.uniform(0.2, 0.5, 12)
-    theirs = [random.poisson(mean, 20).astype(float) for mean in random.uniform(5, 30, 12)]
-    return [random.binomial(x.astype(int), p).astype(float) for x, p in zip(theirs, share, strict=True)], theirs
+    return twelve_houses()
 
 
 def test_by_hand():

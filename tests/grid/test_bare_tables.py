@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from test_grid import DOORWAY, EAST, WEST, streams
 
 from caregiver_mj.caregivers import Caregiver, make_caregiver
 from caregiver_mj.children.behaviour import Behaviour
@@ -10,8 +11,6 @@ from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.grid.world import BareTablesWorld, GridWorld, run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
-
-NORTH, EAST, SOUTH, WEST = range(4)
 
 
 def moving(action, timesteps=1):
@@ -26,9 +25,7 @@ def paper():
 
 def run_bare_tables(plan, family, seeds):
     """Return the ledger of some episodes."""
-    return BareTablesWorld(plan, family).run(
-        [RandomStream.draw_group(np.random.RandomState(seed), 1) for seed in seeds]
-    )
+    return BareTablesWorld(plan, family).run(streams(seeds))
 
 
 @pytest.mark.parametrize(("epsilon", "left"), [(1.0, 0.25), (0.05, 0.15)])
@@ -93,10 +90,6 @@ class Fixed(Caregiver):
         return np.full(len(percept.child_cell), self.target)
 
 
-# A doorway at (2, 4) between two rooms; the stairwell is in the eastern one, the bin in the western.
-DOORWAY = FloorPlan.parse("##########\n#...#...S#\n#.......##\n#B..#...##\n##########")
-
-
 def after_a_step(caregiver, action, child, caregiver_cell):
     """Where the caregiver is after the child has made a move and it has acted."""
     world = GridWorld(DOORWAY, 1.0, caregiver)
@@ -130,7 +123,7 @@ def test_an_episode_with_any_child_is_the_same_alone_and_among_others(child, nam
     plan = FloorPlan.load("paper")
     caregiver = make_caregiver(name, plan)
     world = GridWorld(plan, f"{child}:0.6,0.3", caregiver)
-    families = [RandomStream.draw_group(np.random.RandomState(seed), 2, timesteps=50) for seed in (7, 3, 11)]
+    families = streams((7, 3, 11), timesteps=50, children=2)
     together = world.run(families)
     alone = world.run(families[:1])
     others = world.run(families[1:])

@@ -2,20 +2,16 @@
 
 import numpy as np
 import pytest
+from test_grid import streams
 
 from caregiver_mj.caregivers.caregiver import PrivilegedCaregiver
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.registry import CAREGIVERS, make_caregiver
-from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.visibility import ALL_ROUND
-
-
-def streams(seeds, children=1):
-    return [RandomStream.draw_group(np.random.RandomState(seed), children) for seed in seeds]
 
 
 class Watching(PaperCaregiver):
@@ -35,7 +31,7 @@ def test_what_is_seen_is_true_and_the_rest_is_not_told(sight):
     plan = FloorPlan.load("apartment")
     caregiver = Watching(plan)
     world = GridWorld(plan, "1,.25", caregiver, sight=sight)
-    world.reset(streams(range(5), 2))
+    world.reset(streams(range(5), children=2))
     for _ in range(60):
         world.step()
         cell, action, seen = caregiver.shown[-1]
@@ -112,7 +108,7 @@ def test_every_caregiver_can_do_with_its_own_eyes(name):
     plan, damage = FloorPlan.load(HOME), []
     for _ in range(2):
         world = GridWorld(plan, "1,.25", make_caregiver(name, plan), sight="camera")
-        world.reset(streams(range(3), 2))
+        world.reset(streams(range(3), children=2))
         for _ in range(40):
             world.step()
         damage.append(world.ledger.damage)

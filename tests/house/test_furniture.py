@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from caregiver_mj.house.fittings import OPAQUE
-from caregiver_mj.house.furniture import PIECES
+from caregiver_mj.house.furniture import pieces
 from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.layout import Layout
@@ -13,7 +13,7 @@ from caregiver_mj.plans.layout import Layout
 HOUSES = ("paper", "home", "apartment", "railroad", "house-3", "courtyard")
 CHILD = 0.12  # metres, the radius of a child's body
 FLAT = 0.045  # metres off a wall that a child does not mind: windows, curtains, pictures
-KNOWN = *PIECES, "window", "lamp", "decoration"
+KNOWN = *pieces(), "decoration"
 
 
 def furniture(plan):

@@ -1,4 +1,6 @@
-"""Small things on the floor: who takes them, how the robot picks them up by contact, and that its tray holds them."""
+"""What is carried: candles that stand, fall or are in the hand; small things, and the tray that holds them."""
+
+import math
 
 import mujoco
 import numpy as np
@@ -7,14 +9,155 @@ from scripted_child import EAST, WEST, Scripted
 
 import caregiver_mj
 from caregiver_mj.house.physics import Physics
+from caregiver_mj.house.things import FLAME_RADIUS, Candles, watch_candle
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import NOTHING, State
+from caregiver_mj.plans.hazards import CANDLE, MUG, NOTHING, State
 from caregiver_mj.policy.pace import picking_up_time
+from caregiver_mj.recording.contacts import FLAME_CLEAR, WAX_CLEAR, Contacts
 from caregiver_mj.robot import geometry
 from caregiver_mj.robot.reach import UP
 from caregiver_mj.robot.skills import PickUp
 from caregiver_mj.robot.status import Status
+from caregiver_mj.robot.view import CHILD_RADIUS
+
+PLAN = FloorPlan.parse("#######\n#B.C..#\n#..C..#\n#....T#\n#######", "candles")
+HEIGHT = 0.60  # metres, of a table
+
+
+@pytest.fixture
+def physics():
+    physics = Physics.from_plan(PLAN, robot=False)
+    for candle, table in enumerate(PLAN.candle_tables):
+        physics.set_candle(candle, np.array([*PLAN.position(PLAN.tables[table]), HEIGHT]), 0.0)
+    return physics
+
+
+@pytest.fixture
+def candles():
+    return Candles(layout.Layout(PLAN).tables)
+
+
+def tilt(physics, candle, degrees, kind="candle"):
+    angle = math.radians(degrees) / 2
+    row = physics.model.ptr.joint(f"{kind}_{candle}/joint").qposadr[0]
+    physics.data.qpos[row + 3 : row + 7] = [math.cos(angle), math.sin(angle), 0, 0]
+
+
+def test_a_candle_stands_if_it_is_upright_and_up(physics, candles):
+    assert candles.standing(physics).tolist() == [True, True]
+    tilt(physics, 0, 29)
+    assert candles.standing(physics).tolist() == [True, True]
+    tilt(physics, 0, 31)
+    assert candles.standing(physics).tolist() == [False, True]
+    physics.set_candle(1, np.array([0.0, 0.0, 0.0]), 0.0)  # upright, on the floor
+    assert candles.standing(physics).tolist() == [False, False]
+
+
+def test_a_mug_has_spilt_from_a_lesser_tilt_on():
+    physics = Physics.from_plan(FloorPlan.parse(PLAN.text.replace("C", "M", 1)), robot=False)
+    found = Candles(layout.Layout(PLAN).tables)
+    for degrees, stands in ((19, [True, True]), (21, [True, False])):  # candles come first
+        tilt(physics, 0, degrees)
+        tilt(physics, 0, degrees, "mug")
+        assert found.standing(physics).tolist() == stands
+
+
+def test_every_fall_is_counted_once(physics, candles):
+    assert candles.count_fallen(physics) == 0
+    tilt(physics, 0, 90)
+    assert (candles.count_fallen(physics), candles.count_fallen(physics)) == (1, 0)
+    tilt(physics, 1, 90)
+    assert candles.count_fallen(physics) == 1
+    tilt(physics, 0, 0)  # somebody has picked it up, ...
+    assert candles.count_fallen(physics) == 0
+    tilt(physics, 0, 90)  # ... and lets it fall again
+    assert candles.count_fallen(physics) == 1
+    candles.reset(PLAN.candle_tables)
+    assert candles.count_fallen(physics) == 2
+
+
+@pytest.mark.parametrize(
+    ("east", "above", "on_it"), [(0.26, 0.0, True), (0.30, 0.0, False), (0.0, 0.02, True), (0.0, 0.2, False)]
+)
+def test_a_candle_is_on_a_table_if_it_is_over_it_at_its_height(physics, candles, east, above, on_it):
+    bare = 2
+    assert [candles.are_on(physics, table).any() for table in range(3)] == [True, True, False]
+    x, y = PLAN.position(PLAN.tables[bare])
+    physics.set_candle(0, np.array([x + east, y, HEIGHT + above]), 0.0)
+    assert [candles.are_on(physics, table).any() for table in range(3)] == [False, True, on_it]
+
+
+def test_a_mug_that_lies_is_on_its_table_though_its_foot_is_higher_than_that_of_a_candle():
+    physics = Physics.from_plan(FloorPlan.parse(PLAN.text.replace("C", "M")), robot=False)
+    found, (x, y) = Candles(layout.Layout(PLAN).tables), PLAN.position(PLAN.tables[2])
+    for above, on_it in ((0.041, True), (0.2, False)):
+        physics.set_candle(0, np.array([x, y, HEIGHT + above]), 0.0)
+        assert found.are_on(physics, 2).any() == on_it
+
+
+# -- In the hand: how far from a child ---------------------------------------------------------------
+
+PASSAGE = FloorPlan.parse("#########\n#.......#\n#B.....C#\n#T......#\n#########", "hall")
+GRIP = 0.08  # metres above the candle's foot
+WAX_RADIUS = 0.022  # metres
+
+
+def held(child, fingers=0.01, off=0.0, grip=GRIP, robot="mobile_fr3", kind=CANDLE):
+    """What is counted of a thing held upright in the tucked hand, and the height of its foot, metres.
+
+    The child is at an offset (x, y) from it, each finger stands off the middle, the thing off these, and their grip is
+    above its foot, metres.
+    """
+    hall = FloorPlan.parse(PASSAGE.text.replace("C", kind.symbol))
+    physics = Physics.from_plan(hall, robot, visuals=False)
+    with physics.reset_context():
+        physics.set_robot(np.array([0.0, 0.0, 0.0]))
+        physics.data.qpos[[physics.model.joint(f"robot/{j}").qposadr[0] for j in physics.embodiment.names.fingers]] = (
+            fingers
+        )
+    foot = physics.pinch_position() - [0.0, 0.0, grip]
+    physics.set_candle(0, np.add(foot, [0.0, off, 0.0]), 0.0)
+    for axis, there in zip("xy", foot[:2] + child, strict=True):
+        physics.data.qpos[physics.model.joint(f"toddler/{axis}").qposadr] = there
+    physics.forward()
+    tally = Contacts()
+    watch_candle(physics, 0.02, tally)
+    return tally, float(foot[2])
+
+
+@pytest.mark.parametrize("across", [0.0, 0.3, 0.5])
+def test_carried_over_the_child_the_lower_ends_are_nearest(across):
+    tally, foot = held((0.6 * across, 0.8 * across))
+    assert foot > 0.8  # above its head
+    over_head = foot - 0.68  # from the upper end of the child's axis to the candle's foot
+    wax = np.hypot(across, over_head + WAX_RADIUS) - CHILD_RADIUS - WAX_RADIUS
+    flame = np.hypot(across, over_head + 0.170 + FLAME_RADIUS) - CHILD_RADIUS - FLAME_RADIUS
+    assert (tally.wax_distance, tally.flame_distance) == pytest.approx((wax, flame), abs=1e-6)
+    assert tally.wax_seconds == 0.02 * (wax < 0.1)
+    assert tally.flame_seconds == 0.02 * (flame < 0.3)
+
+
+@pytest.mark.parametrize("robot", ["mobile_fr3", "mobile_ur5e"])
+def test_a_child_right_below_the_tucked_hand_is_clear_of_candle_and_flame(robot):
+    tally, _ = held((0.0, 0.0), grip=CANDLE.grip, robot=robot)
+    assert tally.wax_distance > WAX_CLEAR + 0.03  # a candle may slip in the hand
+    assert tally.flame_distance > FLAME_CLEAR
+
+
+def test_a_mug_is_as_wide_as_it_is_and_has_no_flame():
+    tally, foot = held((0.0, 0.0), fingers=0.028, grip=MUG.grip, kind=MUG)
+    assert tally.wax_distance == pytest.approx(foot - 0.68 - CHILD_RADIUS, abs=1e-6)
+    assert tally.flame_distance == Contacts().flame_distance
+
+
+def test_an_open_hand_or_a_candle_elsewhere_is_none_in_the_hand():
+    assert held((0.2, 0.1), fingers=0.036)[0] == Contacts()
+    assert held((0.2, 0.1), off=0.06)[0] == Contacts()
+    assert held((2.0, 0.0))[0].flame_distance == 1.0
+
+
+# -- Small things on the floor -----------------------------------------------------------------------
 
 ROOM = FloorPlan.parse("########\n#B....S#\n#.o....#\n#......#\n#..T...#\n########", "room")
 HALL = FloorPlan.parse(

@@ -6,10 +6,10 @@ called, acts on and leaves, where one stands for it in the grid, and what the ro
 
 import numpy as np
 import pytest
+from test_close import streams
 
 import caregiver_mj
 from caregiver_mj.caregivers import Caregiver
-from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.verbs import GRID_VERBS, InOpening
 from caregiver_mj.grid.world import GridWorld
@@ -44,10 +44,6 @@ def _registered(monkeypatch):
     monkeypatch.setitem(VERBS, "shut", Verb("shut", "shut the gate of {hazard}", Where.OPENING, leaves=State.SHUT))
     monkeypatch.setitem(GRID_VERBS, "shut", InOpening())
     monkeypatch.setitem(ROUTINES, "shut", shut_gate)
-
-
-def streams(episodes, timesteps):
-    return [RandomStream.draw_group(np.random.RandomState(seed), 1, timesteps) for seed in range(episodes)]
 
 
 @pytest.mark.usefixtures("_registered")

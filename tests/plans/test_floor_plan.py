@@ -72,12 +72,6 @@ def test_lines_are_counted_from_the_top_of_the_file_and_blanks_do_not_matter():
     assert FloorPlan.parse("\r\n\n####  \r\n#.B#\t\r\n####\r\n\n").rows == ("####", "#.B#", "####")
 
 
-@pytest.mark.parametrize("size", [0.0, -0.75, float("nan"), float("inf")])
-def test_cell_size_must_be_positive(size):
-    with pytest.raises(FloorPlanError, match="cell size must be a positive length"):
-        FloorPlan.parse(SMALL, cell_size=size)
-
-
 def test_the_paper_house_has_the_objects_its_description_names():
     plan = FloorPlan.load("paper")
     counts = [len(objects) for objects in (plan.stairwells, plan.candle_tables, plan.tables, plan.bins)]

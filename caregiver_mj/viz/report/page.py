@@ -17,9 +17,9 @@ from caregiver_mj.caregivers.registry import CAREGIVERS, PLAYERS, POLICIES, RULE
 from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments.harm import HOW
 from caregiver_mj.experiments.run_folder import StorageError
 from caregiver_mj.experiments.statistics import Sample
+from caregiver_mj.experiments.summary import HOW
 from caregiver_mj.outside import MB, markdown, read_file, visible
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.recording.record import DAMAGE_THRESHOLD

@@ -10,7 +10,7 @@ import pandas as pd
 
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.experiments import statistics
-from caregiver_mj.experiments.harm import Harm
+from caregiver_mj.experiments.summary import Harm
 from caregiver_mj.experiments.verdicts import MARGINS
 from caregiver_mj.recording.contacts import BODY_LIMITS, CAUTION, FAR, FLAME_CLEAR, WAX_CLEAR
 from caregiver_mj.recording.record import COLUMNS, DAMAGE_THRESHOLD
