@@ -35,14 +35,8 @@ _OF_ALL = "left by tables"
 
 def left(run: Run) -> dict[str, Any]:
     """Return the parts of the page about damage left."""
-    return {
-        "table": left_table(run),
-        "score": score_table(run),
-        "pictures": _pictures(run),
-        "verdicts": verdicts(run),
-        "wins": wins_table(run),
-        "floor": bool(run.bare_tables),
-    }
+    tables = {"table": left_table(run), "score": score_table(run), "wins": wins_table(run)}
+    return tables | {"pictures": _pictures(run), "verdicts": verdicts(run), "floor": bool(run.bare_tables)}
 
 
 def left_table(run: Run) -> Table:
@@ -130,8 +124,10 @@ def verdicts(run: Run) -> list[tuple[bool, str]]:
         rows = [(f, row) for f in run.families if (row := run.comparison(run.caregiver, baseline, f)) is not None]
         with_whom: dict[str, list[str]] = {finding: [] for finding in _FINDINGS}
         for family, row in rows:
-            finding = _finding(row)
-            with_whom[finding].append(_with_numbers(family, row) if _FINDINGS[finding][1] else family_name(family))
+            difference = words.with_interval(row, "damage_difference_mean", 2, sign="+")
+            ratio, finding = words.with_interval(row, "damage_left", 2), _finding(row)
+            numbers = f" (difference {difference}, ratio {ratio})" if _FINDINGS[finding][1] else ""
+            with_whom[finding].append(family_name(family) + numbers)
         if len(with_whom["less"]) == len(rows):
             with_whom["less"] = [f"every {run.nouns['group']}"]
         parts = [f"{_FINDINGS[finding][0]} with {', '.join(which)}" for finding, which in with_whom.items() if which]
@@ -147,11 +143,6 @@ def _finding(row: dict[str, Any]) -> str:
     if row["damage_verdict"] == Verdict.LESS:
         return "hardly less" if equivalent else "less"
     return "equivalent" if equivalent else "none"
-
-
-def _with_numbers(family: str, row: dict[str, Any]) -> str:
-    difference = words.with_interval(row, "damage_difference_mean", 2, sign="+")
-    return f"{family_name(family)} (difference {difference}, ratio {words.with_interval(row, 'damage_left', 2)})"
 
 
 def side_by_side(runs: Sequence[Run]) -> dict[str, Any] | None:

@@ -85,7 +85,7 @@ class WebViewer:
     def show(self) -> None:
         """Show the present moment."""
         episode = self.session.episode
-        if not self._scene.fits(episode):
+        if self._scene.kind != _kind(episode):
             self._scene = WebScene(self.server, episode, self._plain)
             self.session.skip_time()
         self._panel.show()
@@ -178,7 +178,7 @@ class WebScene:
 
     def __init__(self, server: viser.ViserServer, episode: Episode, plain: bool = False):
         """Replace the scene by the house of an episode, a plain one without shadows."""
-        self._kind = _kind(episode)
+        self.kind = _kind(episode)
         server.scene.reset()
         server.scene.set_up_direction("+z")
         server.scene.world_axes.visible = False
@@ -198,10 +198,6 @@ class WebScene:
         eye = server.initial_camera
         eye.position, eye.look_at = place, place + distance * ahead
         eye.fov = float(np.radians(model.camera("overview").fovy[0]))
-
-    def fits(self, episode: Episode) -> bool:
-        """Return whether an episode has the same house, number of children and robot."""
-        return self._kind == _kind(episode)
 
     def show(self, episode: Episode, foreseen: bool) -> None:
         """Show the present moment, on request with the caregiver's predictions."""
@@ -237,7 +233,7 @@ class WebScene:
 
 
 def _kind(episode: Episode) -> tuple[Any, ...]:
-    """Return what the scene depends on: plan, number of children, and robot."""
+    """Return what a scene depends on: plan, number of children, and robot."""
     task = episode.env.task
     return task.plan.text, len(task.family), task.has_robot, task.embodiment.name
 
