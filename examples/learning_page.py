@@ -66,8 +66,8 @@ def page(rows: pd.DataFrame, targets: dict[str, pd.DataFrame], stairs: dict[str,
     parts = [
         "# Policies that learn",
         fill(
-            "What do the committed examples learn on a CPU, with Stable-Baselines3 and "
-            "sb3-contrib (extra `learn`, [examples/](../examples/README.md))?"
+            "How well do the examples learn on a CPU with Stable-Baselines3 and sb3-contrib (extra `learn`, "
+            "[examples](../examples/README.md))?"
         ),
         f"    python examples/supervise_targets.py --steps {steps}\n"
         f"    python examples/judge_targets.py --houses test-{houses} --episodes {episodes}\n"
@@ -77,21 +77,21 @@ def page(rows: pd.DataFrame, targets: dict[str, pd.DataFrame], stairs: dict[str,
         fill(_said(rows)),
         "## Which hazard to protect from, in any house",
         fill(
-            f"MaskablePPO on targets in the grid, {len(targets)} seeds of at least {steps:,} timesteps ({used} "
-            "core-minutes) in `train-100`, novices of epsilon .75, .5 and .25. For each hazard it sees distances, "
-            "damage and whether it is held or under way; neither walls nor bins. One network looks at every hazard in "
-            f"turn. Damage left in `test-{houses}`, {episodes} episodes of each novice, 95 % intervals over houses; "
-            f"`{RULE}` is the rule deciding once a timestep, as the policy does."
+            f"MaskablePPO is trained on targets in the grid, with {len(targets)} seeds of at least {steps:,} timesteps "
+            f"({used} core-minutes) in `train-100`, with novices of epsilon .75, .5 and .25. For each hazard it "
+            "observes distances, damage and whether it is held or under intervention, but neither walls nor bins; one "
+            f"network scores every hazard in turn. Damage left in `test-{houses}`, {episodes} episodes of each novice, "
+            f"with 95 % intervals over houses; `{RULE}` is the rule deciding once per timestep, as the policy does."
         ),
         _left(rows),
         fill(f"Damage of an episode, less that of others in the same episodes (*{PPO}* is the mean of its seeds):"),
         _differences(rows),
         "## Driving into a stairwell",
         fill(
-            "PPO on `caregiver_mj/BlockStairs-v0`, house `paper`: a decision every 20 control steps (0.4 s) about the "
-            f"velocity of the base. {len(stairs)} seeds of at least {decisions:,} decisions ({of_stairs} "
-            f"core-minutes), judged without noise on {judged.episode.nunique()} other episodes: mean reward of a "
-            "control step with its standard deviation between episodes, and cost of an episode."
+            "PPO on `caregiver_mj/BlockStairs-v0` in house `paper` sets the velocity of the base every 20 control "
+            f"steps (0.4 s). {len(stairs)} seeds of at least {decisions:,} decisions ({of_stairs} core-minutes), "
+            f"evaluated deterministically in {judged.episode.nunique()} other episodes: mean reward per control step, "
+            "± its standard deviation between episodes, and cost of an episode."
         ),
         _stairs(judged),
     ]
@@ -132,8 +132,8 @@ def _said(rows: pd.DataFrame) -> str:
             word = "less" if estimate.high < 0 else "more" if estimate.low > 0 else "neither detectably less nor more"
             verdicts[word].append(f"{100 * float(family):g} %")
         parts = [f"{word} damage at {', '.join(cells)} random" for word, cells in verdicts.items() if cells]
-        said.append(f"Against `{other}` {PPO} leaves {'; '.join(parts)}.")
-    return " ".join(said) + " Nothing is corrected for the number of comparisons."
+        said.append(f"Compared with `{other}`, {PPO} leaves {'; '.join(parts)}.")
+    return " ".join(said) + " These comparisons are not corrected for their number."
 
 
 def _stairs(judged: pd.DataFrame) -> str:
