@@ -21,7 +21,7 @@ class Attentive(Caregiver):
     """Mixin before a caregiver, which then acts only while it looks.
 
     Whether it looks is a Markov chain with the given share and mean bout, in the long run already at the start. It
-    keeps seeing the children meanwhile, and a candle in the hand is put down all the same.
+    keeps seeing the children meanwhile, and a candle in the hand is put down all the same; else it stands aside.
 
     Attributes:
         share: Share of the time; one for all episodes, or (B,).
@@ -44,7 +44,9 @@ class Attentive(Caregiver):
 
     def decide(self, percept: Percept) -> Interventions:
         looking = self._looks[:, self._moment]
-        return super().decide(percept).where(looking, Interventions.idle(len(looking)))
+        aside = Interventions.idle(len(looking))
+        aside.destination[:] = percept.caregiver_cell  # with one it ends what the robot is about; just to idle does not
+        return super().decide(percept).where(looking, aside)
 
 
 @functools.cache
@@ -57,11 +59,12 @@ def attentive(share: float, caregiver: type[Caregiver]) -> type[Attentive]:
 def looks(draws: np.ndarray, share: float | np.ndarray, bout: float) -> np.ndarray:
     """Return whether it looks in each timestep, bool (B, T), by uniform draws, (B, T), and the share of each, (B,).
 
-    A bout of looking ends with probability 1 / bout; one of not looking lasts so long that the share is as given.
+    A bout of looking ends with probability 1 / bout; one of not looking lasts so long that the share is as given. It
+    lasts a timestep at least, so that of shares above bout / (bout + 1) those of looking are longer.
     """
-    share = np.broadcast_to(share, len(draws))
-    goes_on = np.where(share < 1.0, 1.0 - 1.0 / bout, 1.0)
-    begins = share / np.maximum(1.0 - share, np.finfo(float).tiny) / bout
+    share, tiny = np.broadcast_to(share, len(draws)), np.finfo(float).tiny
+    ends = np.minimum(1.0 / bout, (1.0 - share) / np.maximum(share, tiny))
+    goes_on, begins = 1.0 - ends, np.minimum(1.0, share * ends / np.maximum(1.0 - share, tiny))
     found = draws < share[:, None]  # at the start; later ones follow from those before
     for now in range(1, draws.shape[1]):
         found[:, now] = draws[:, now] < np.where(found[:, now - 1], goes_on, begins)

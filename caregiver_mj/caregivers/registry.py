@@ -82,7 +82,7 @@ def find_caregiver(
     if name.startswith(SCHEMES):
         return remote.remote_caregiver(name, queries)
     if name.startswith(ATTENTIVE):
-        return _attentive(name, queries)
+        return _attentive(name)
     if name in PLAYERS:  # the driver imports MuJoCo, which the grid does not need
         return CommandedCaregiver if name == PERSON else named_object("caregiver_mj.policy.own:Teleoperation")
     if name in CAREGIVERS:
@@ -98,17 +98,24 @@ def find_caregiver(
     return found
 
 
-def _attentive(name: str, queries: Queries) -> type[Caregiver]:
+def inner_name(name: str) -> str:
+    """Return the name of the caregiver that an attentive one acts as, and any other name as it is."""
+    return (name.removeprefix(ATTENTIVE).partition(":")[2] or RULE[0]) if name.startswith(ATTENTIVE) else name
+
+
+def _attentive(name: str) -> type[Caregiver]:
     """Return the class of an attentive caregiver."""
-    share, _, other = name.removeprefix(ATTENTIVE).partition(":")
+    share, other = name.removeprefix(ATTENTIVE).partition(":")[0], inner_name(name)
     try:
         looks = float(share)
     except ValueError:
         raise CaregiverError(f"caregiver must be attentive:SHARE or attentive:SHARE:NAME, got '{name}'") from None
     check_number("the share of attention", looks, 0.0, 1.0)
-    found = find_caregiver(other or RULE[0], queries=queries)
+    found = None if other in PLAYERS or other.startswith((*SCHEMES, ATTENTIVE)) else find_caregiver(other)
     if found is None or not is_caregiver(found):
-        raise CaregiverError(f"an attentive caregiver must act as a subclass of Caregiver does, got '{other}'")
+        raise CaregiverError(
+            f"an attentive caregiver must act as one of this machine's that is no player does, got '{other}'"
+        )
     return attentive(looks, found)
 
 

@@ -21,7 +21,9 @@ from caregiver_mj.robot.embodiments import EMBODIMENTS
 from caregiver_mj.tasks import TASKS
 from caregiver_mj.viz import AUTO, CAMERAS
 
-_NO_CAREGIVERS = {  # other names that options accept for a caregiver
+_OTHERS = {  # names that options accept for a caregiver
+    "attentive:SHARE": "The rule, acting only while it looks: a share of the time, such as .4.",
+    "attentive:SHARE:NAME": "Another caregiver that acts only while it looks.",
     "none": "Nobody: the robot is not there.",
     BARE_TABLES: "Nobody, in a house whose only hazards are bare tables. In `evaluate` only.",
     PERSON: "You, by keys that say what to protect from. In `view` only.",
@@ -35,7 +37,7 @@ _GENERATED = {
     **{f"{shape}-SEED": about for shape, about in SHAPES.items()},
 }
 _LISTS: dict[str, Callable[[], dict[str, str]]] = {
-    "caregivers": lambda: _registered(POLICIES) | _registered(CAREGIVERS) | _NO_CAREGIVERS,
+    "caregivers": lambda: _registered(POLICIES) | _registered(CAREGIVERS) | _OTHERS,
     "children": lambda: _registered(CHILDREN),
     "houses": lambda: {name: describe(FloorPlan.load(name)) for name in house_names()} | _GENERATED,
     "robots": lambda: _registered(EMBODIMENTS),

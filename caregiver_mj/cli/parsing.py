@@ -108,7 +108,7 @@ def houses() -> str:
 def caregivers() -> str:
     """Return the valid caregivers, for help."""
     names = dict.fromkeys([*CAREGIVERS, *POLICIES])
-    return f"{' '.join(names)}, http://ADDRESS or chat:MODEL, or yours as module:object"
+    return f"{' '.join(names)}, attentive:SHARE[:NAME], http://ADDRESS or chat:MODEL, or yours as module:object"
 
 
 def number_or_best(text: str) -> int | str:

@@ -187,6 +187,7 @@ class CameraVideos:
             self._writer = imageio.v2.get_writer(
                 path,
                 "FFMPEG",
+                codec="libx264",
                 fps=self._rate,
                 quality=None,
                 macro_block_size=2,

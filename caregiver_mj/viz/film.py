@@ -236,6 +236,7 @@ def film_writer(path: pathlib.Path, fps: float) -> Iterator[Callable[[np.ndarray
         writer: Any = imageio.v2.get_writer(
             unfinished,
             "FFMPEG",
+            codec="libx264",
             fps=fps,
             quality=None,
             macro_block_size=2,

@@ -17,7 +17,6 @@ HOUSE = {
     "caregiver_mj/BlockStairs-v0": (60.0, 0.02),
     TARGETS: (336.0, 0.02),
 }
-TIMESTEPS = 200  # of an episode of targets
 ACTIONS = [0] * 30 + [1] * 15 + [2] * 15  # leave all as it is; block the stairwell; relocate the candle
 REWARDS = {14: -5, 15: -5, 17: -5, 18: -5, 19: -5, 40: -1, 42: -4, 58: -1}  # of seed 7, by step; all others are 0
 

@@ -13,7 +13,7 @@ import jinja2
 import numpy as np
 from matplotlib.colors import to_hex
 
-from caregiver_mj.caregivers.registry import CAREGIVERS, PLAYERS, POLICIES, RULE
+from caregiver_mj.caregivers.registry import CAREGIVERS, PLAYERS, POLICIES, RULE, inner_name
 from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.errors import CaregiverError
@@ -223,7 +223,7 @@ def make_film(runs: Sequence[Run], folder: str | os.PathLike[str], *, trust: boo
 
     if not trust:  # a run in the grid is filmed in the house, too
         dataclasses.replace(run.settings, world="house").check_installed()
-        if run.caregiver not in (*CAREGIVERS, *POLICIES, *PLAYERS):  # `render_episode` refuses players
+        if inner_name(run.caregiver) not in (*CAREGIVERS, *POLICIES, *PLAYERS):  # `render_episode` refuses players
             raise CaregiverError(
                 f"the film must be of a caregiver that is installed, got '{run.caregiver}': --trust runs or asks it"
             )
