@@ -86,7 +86,7 @@ def test_the_page_in_a_browser(process, tmp_path):
         wait_for(lambda: wait_for.number("timestep") > 2)
     process.send_signal(signal.SIGTERM)
     out, err = process.communicate(timeout=PATIENCE)
-    assert (process.returncode, out, err.splitlines()[1:]) == (0, "", ["closed"])
+    assert (process.returncode, out, err.splitlines()[1:]) == (0, "", ["closed"]), err
 
 
 class Patience:
