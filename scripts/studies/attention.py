@@ -112,7 +112,7 @@ def run(options: argparse.Namespace) -> Page:
 def replaced(left: dict[float, Estimate[float]], level: float) -> float:
     """Return the share of attention at which as much damage is left as a level, linear between those measured.
 
-    Without attention all damage is left. Beyond what is left with the greatest share it is that share.
+    At share 0 all damage is left. If even the greatest share leaves more, return that share.
     """
     shares = sorted(left, reverse=True)
     return float(np.interp(level, [*(left[share].value for share in shares), 1.0], [*shares, 0.0]))
