@@ -16,8 +16,10 @@ from caregiver_mj.robot.scalar_motion import NOTHING, PathError, extremes, param
 
 _OVERSHOOT = 0.003  # metres beyond the end of a line that are none
 _TURN_IN_LENGTHS = (0.5, 0.8, 1.2, 1.8, 2.6)  # metres in which a new path may be entered at speed; the quickest wins
-# Shares of a base's limits to brake with along and across its motion; commands lag behind and must catch up.
-BRAKES_ALONG, _BRAKES_ACROSS = 0.9, 0.3
+# Share of a base's limits to come to rest with, for commands lag behind and must catch up; and by how much it may be for
+# what is across the motion, radians. What acceleration there is across ends first, or the base swings out that way.
+_BRAKES, _ACROSS = 0.95, tuple(math.radians(18.0 + 10.0 * i) for i in range(7))
+BRAKES_ALONG = _BRAKES * math.cos(_ACROSS[0])  # of a base that drives straight
 
 
 class BasePath:
@@ -86,9 +88,14 @@ class BasePath:
         asked.control_interface = ControlInterface.Velocity
         asked.synchronization = Synchronization.TimeIfNecessary
         asked.target_velocity = [0.0, 0.0]
-        asked.max_acceleration = [share * limits.acceleration for share in (BRAKES_ALONG, _BRAKES_ACROSS)]
-        asked.max_jerk = [share * limits.jerk for share in (BRAKES_ALONG, _BRAKES_ACROSS)]
-        path._append(position, axis, solve(Ruckig(2), asked))
+
+        def way(across: float) -> Trajectory:
+            shares = _BRAKES * math.cos(across), _BRAKES * math.sin(across)
+            asked.max_acceleration = [share * limits.acceleration for share in shares]
+            asked.max_jerk = [share * limits.jerk for share in shares]
+            return solve(Ruckig(2), asked)
+
+        path._append(position, axis, min(map(way, _ACROSS), key=lambda found: found.duration))
         path.goal = path._pieces[-1].at(path.duration)[0]
         return path
 

@@ -226,3 +226,14 @@ def test_a_base_that_lets_go_of_its_path_comes_to_rest_from_any_motion(speed, he
     jerk = BASE.jerk
     along_takes = speed / (0.8 * BASE.acceleration) + 2 * (abs(along) + BASE.acceleration) / (0.8 * jerk)
     assert path.duration <= along_takes + 3 * abs(across) / (0.3 * jerk)
+
+
+def test_a_base_that_lets_go_on_a_corner_hardly_swings_out():
+    """Beside its way a child may walk. No stop can swing out by less than this acceleration squared over twice the jerk."""
+    speed, across, limits = 0.5, 4.0, Limits(1.4, 4.2, 60.0)
+    path = BasePath.to_rest((0.0, 0.0), (speed, 0.0), (0.0, across), limits)
+    position, velocity, _ = trace(path)
+    assert velocity[:, 1].max() < 1.7 * across**2 / (2 * limits.jerk)
+    assert position[:, 1].max() < 0.03
+    straight = BasePath.to_rest((0.0, 0.0), (speed, 0.0), (0.0, 0.0), limits)
+    assert position[:, 0].max() < 1.3 * straight.goal[0]
