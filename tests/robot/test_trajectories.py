@@ -229,7 +229,7 @@ def test_a_base_that_lets_go_of_its_path_comes_to_rest_from_any_motion(speed, he
 
 
 def test_a_base_that_lets_go_on_a_corner_hardly_swings_out():
-    """Beside its way a child may walk. No stop can swing out by less than this acceleration squared over twice the jerk."""
+    """Beside its way a child may walk. No stop swings out by less than its acceleration squared over twice the jerk."""
     speed, across, limits = 0.5, 4.0, Limits(1.4, 4.2, 60.0)
     path = BasePath.to_rest((0.0, 0.0), (speed, 0.0), (0.0, across), limits)
     position, velocity, _ = trace(path)
