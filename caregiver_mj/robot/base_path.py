@@ -16,7 +16,7 @@ from caregiver_mj.robot.scalar_motion import NOTHING, PathError, extremes, param
 
 _OVERSHOOT = 0.003  # metres beyond the end of a line that are none
 _TURN_IN_LENGTHS = (0.5, 0.8, 1.2, 1.8, 2.6)  # metres in which a new path may be entered at speed; the quickest wins
-# Share of a base's limits to come to rest with, for commands lag behind and must catch up; and how that may be directed,
+# Share of a base's limits to come to rest with, for commands lag behind and must catch up; and how that is directed,
 # radians off the motion: along it to brake, across it so that acceleration there does not swing the base out.
 _BRAKES, _ACROSS = 0.95, tuple(math.radians(18.0 + 10.0 * i) for i in range(7))
 BRAKES_ALONG = _BRAKES * math.cos(_ACROSS[0])  # of a base that drives straight
