@@ -72,6 +72,7 @@ class FollowedVelocity:
         ):
             return wanted
         # As the wanted one changes, and nearer to it: no faster than this can be brought to nothing on the way there.
+        off_x, off_y = self._wanted[0] - self.commanded[0], self._wanted[1] - self.commanded[1]  # without that change
         off = math.hypot(off_x, off_y)
         nearer = min(1.0 / step, math.sqrt(2 * _GENTLY * limits.jerk / off)) if off else 0.0
         x, y = with_x + nearer * off_x, with_y + nearer * off_y

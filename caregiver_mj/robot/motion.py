@@ -339,11 +339,16 @@ class RobotMotion(BaseMotion):
         (x, y), _, _ = self._base_at(now)
         moved, self._seen_at = math.dist(base[:2], self._seen_at) / self._timestep, (float(base[0]), float(base[1]))
         is_led_off = self.is_driving and not self._is_free
-        if math.dist((x, y), base[:2]) > (_LED_OFF if is_led_off else _HELD_UP):  # it must find a new way from there
+        if self.stops:  # wherever that is: beside a child nothing leads back
+            x, y = self._seen_at
+            if not self.is_driving:
+                self._hold((x, y))
+        elif math.dist((x, y), base[:2]) > (_LED_OFF if is_led_off else _HELD_UP):  # it must find a new way from there
             x, y = self._seen_at
             self._let_go_at((x, y), moved)
         end = now + self._lead
-        _, (vx, vy), (ax, ay) = self._base_at(end)
+        # The servos' lag is fed forward by as much time: by the acceleration, commands would jump wherever that changes.
+        _, (vx, vy), _ = self._base_at(end + servos.base_lag)
         yaw = self._yaw.at(now)[0]
         _, yaw_rate, yaw_acceleration = self._yaw.at(end)
         back_x, back_y = self._position_gain * (x - base[0]), self._position_gain * (y - base[1])
@@ -351,7 +356,7 @@ class RobotMotion(BaseMotion):
         most = self._feedback
         if (push := math.hypot(back_x, back_y)) > most:
             back_x, back_y = back_x * most / push, back_y * most / push
-        vx, vy = vx + servos.base_lag * ax + back_x, vy + servos.base_lag * ay + back_y
+        vx, vy = vx + back_x, vy + back_y
         top = self.limits.as_commanded.velocity
         if (speed := math.hypot(vx, vy)) > top:  # held up by something, it must not catch up at any speed
             vx, vy = vx * top / speed, vy * top / speed
