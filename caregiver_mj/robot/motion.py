@@ -111,7 +111,7 @@ class RobotMotion(BaseMotion):
         self._turning, self._turn_bound = limits.yaw, math.inf  # rad/s: lower while children are near
         self._yaw = ScalarMotion(limits.yaw, float(base[2]), brakes=True)
         self.reach_path = reach_path(arm_of(self.robot), _ANY_HEIGHT)
-        self._reach = ScalarMotion(self.reach_path.limits, 0.0)
+        self._reach = ScalarMotion(self.reach_path.limits(0, 0), 0.0)
         self._lands_at: float | None = None  # to go there slowly, once the hand has stopped
         self._creeps = False
         self._gripper = ScalarMotion(limits.gripper, self.robot.grasp.open)
@@ -167,9 +167,9 @@ class RobotMotion(BaseMotion):
     def reach_along(self, path: ReachPath) -> None:
         """Give the arm, which is tucked or in a pose that both have, the path for the next time that it moves."""
         if self.reach_path.returns and self.reached == self.reach_path.goal:
-            self._reach = ScalarMotion(path.limits, 0.0)
+            self._reach = ScalarMotion(self._reach.limits, 0.0)
         self.reach_path = path
-        self._reach.set_limits(path.limits)
+        self._reach.set_limits(path.limits(self.reached, self.reached))
 
     def reach(self, s: float, creeps: bool = False, speed: float = math.inf) -> None:
         """Set how far the hand reaches out: 0 tucked, 1 at the goal, or more where the path has more poses.
@@ -179,12 +179,12 @@ class RobotMotion(BaseMotion):
             creeps: Whether it goes there more slowly than what counts as a strike.
             speed: At most, of s, per second; a faster one stops first.
         """
-        self._lands_at, self._creeps, limits = None, creeps, self.reach_path.limits
+        self._lands_at, self._creeps, limits = None, creeps, self.reach_path.limits(self.reached, s)
         if self._reach.rests_at(s) and speed == math.inf and not (creeps or self.may_be_off):
             self._reach.set_limits(limits)
             return
         if creeps:
-            speed = _CREEPS / self.reach_path.longest(arm_of(self.robot))
+            speed = _CREEPS / self.reach_path.longest(arm_of(self.robot), 0.0, self.reach_path.goal)
         if abs(self._reach.at(self.now)[1]) > 1.1 * speed:
             self.stop_reaching()
             return

