@@ -113,7 +113,7 @@ class RobotMotion(BaseMotion):
         self.reach_path = reach_path(arm_of(self.robot), _ANY_HEIGHT)
         self._reach = ScalarMotion(self.reach_path.limits(0, 0), 0.0)
         self._lands_at: float | None = None  # to go there slowly, once the hand has stopped
-        self._creeps = False
+        self._crept = math.inf  # since when it creeps
         self._gripper = ScalarMotion(limits.gripper, self.robot.grasp.open)
         self._action = np.empty(self.robot.layout.size)
         self._posture: tuple[ReachPath, float] | None = None  # path and reach of the arm in the last action
@@ -179,7 +179,8 @@ class RobotMotion(BaseMotion):
             creeps: Whether it goes there more slowly than what counts as a strike.
             speed: At most, of s, per second; a faster one stops first.
         """
-        self._lands_at, self._creeps, limits = None, creeps, self.reach_path.limits(self.reached, s)
+        self._lands_at, limits = None, self.reach_path.limits(self.reached, s)
+        self._crept = min(self._crept, self.now) if creeps else math.inf
         if self._reach.rests_at(s) and speed == math.inf and not (creeps or self.may_be_off):
             self._reach.set_limits(limits)
             return
@@ -207,7 +208,7 @@ class RobotMotion(BaseMotion):
 
     def stop_reaching(self) -> None:
         """Stop the hand where it is, until the next `reach`."""
-        self._lands_at, self._creeps = None, False
+        self._lands_at, self._crept = None, math.inf
         if not self._reach.stops:
             self._reach.run_at(0.0, self.now)
 
@@ -315,8 +316,8 @@ class RobotMotion(BaseMotion):
         if arm is not None and (self.giving_way.yields or self.has_given_way):
             wanted = self.reach_path.joints(posture[1])
             rested, here = self.now - self._reach.arrival, wanted
-            if self._creeps and rested < 0.0:  # it gives way as it goes: else it would spring back at who steps off
-                rested, here = math.inf, self.reach_path.joints(self.reached)
+            if rested < 0.0:  # at a creep it gives way as it goes: else it would spring back at who steps off
+                rested, here = self.now - self._crept, self.reach_path.joints(self.reached)
             self.giving_way.follow(arm, here, rested, self._timestep)
             action[layout.arm] = wanted + self.giving_way.offset
         action[layout.gripper] = self._gripper.at(end)[0]

@@ -163,6 +163,7 @@ class PickUp(Reaching):
         slower = robot.grip_time / self.embodiment.grasp.grip_time  # where it is not seen exactly
         self._until = view.now + slower * _FIRM
         self._carry(view, robot, self._lift, UP)
+        self._since = -math.inf
         return Status.COMMITTED
 
     def _lift(self, view: View, robot: RobotMotion) -> Status:
@@ -212,7 +213,6 @@ class PickUp(Reaching):
         robot.grip(self.embodiment.grasp.open)
         self._until = view.now + _FALLS
         self._withdraw(view, robot)
-        self._since = -math.inf if self._is_at_tray else view.now
 
     def _keep_away(self, view: View, robot: RobotMotion) -> Status:
         """Get away from the children with the thing over their heads, until none is in the hand's way to the tray."""
@@ -245,8 +245,9 @@ class PickUp(Reaching):
             robot.turn_to(self._yaw)
 
     def _withdraw(self, view: View, robot: RobotMotion) -> None:
-        """Retract the hand through the same poses."""
+        """Retract the hand through the same poses, beside a child at a creep."""
         self._begin(view, self._come_back, *map(float, range(max(0, math.ceil(robot.reached) - 1), -1, -1)))
+        self._since = -math.inf
 
     def _come_back(self, view: View, robot: RobotMotion) -> Status:
         """Tuck the arm, and look again."""
