@@ -103,7 +103,7 @@ def _ways(plan: FloorPlan) -> list[tuple[Cell, Cell]]:
 def handling_times(robot: Embodiment) -> tuple[float, float]:
     """Return the times for which the hand keeps the base waiting at a table, to get a candle and to place it, s."""
     grasp, approach = robot.grasp, robot.approach
-    reach = reach_path(arm_of(robot), round(1e4 * (layout.TABLE_HEIGHT + CANDLE.grip))).limits
+    reach = reach_path(arm_of(robot), round(1e4 * (layout.TABLE_HEIGHT + CANDLE.grip))).limits(0, 1)
     down = _time(reach, approach.hover, 1.0, 1.0) - approach.last_time  # while the base still drives
     opened = _time(robot.limits.gripper, grasp.closed, grasp.open, grasp.open)
     get = down + grasp.grip_time + _time(reach, 1.0, 0.0, approach.drive_loaded)
@@ -112,8 +112,8 @@ def handling_times(robot: Embodiment) -> tuple[float, float]:
 
 def closing_time(robot: Embodiment) -> float:
     """Return the time to close a gate, with the base before it, s."""
-    path = closing(arm_of(robot)).path
-    return path.goal * (_time(path.limits, 0.0, 1.0, 1.0) + robot.grasp.grip_time)
+    way = closing(arm_of(robot))
+    return way.path.seconds([way.speed(line) for line in range(way.path.goal)])
 
 
 def picking_up_time(robot: Embodiment) -> float:
@@ -121,9 +121,8 @@ def picking_up_time(robot: Embodiment) -> float:
     arm = arm_of(robot)
     ways = (pick_up_path(arm, reach, 0.0) for reach in robot.postures.lying_reaches)
     there, aside = next(way for way in ways if way), tray_path(arm)
-    carried = ((there.goal - UP) * there.longest(arm) + (aside.goal - UP) * aside.longest(arm)) / CARRYING
-    empty = there.goal * _time(there.limits, 0.0, 1.0, 1.0) + aside.goal * _time(aside.limits, 0.0, 1.0, 1.0)
-    return empty + AT_FLOOR + carried
+    carried = sum(way.longest(arm, UP, way.goal) for way in (there, aside)) / CARRYING
+    return there.seconds() + aside.seconds() + AT_FLOOR + carried
 
 
 def _time(limits: Limits, start: float, end: float, until: float) -> float:

@@ -111,9 +111,9 @@ class RobotMotion(BaseMotion):
         self._turning, self._turn_bound = limits.yaw, math.inf  # rad/s: lower while children are near
         self._yaw = ScalarMotion(limits.yaw, float(base[2]), brakes=True)
         self.reach_path = reach_path(arm_of(self.robot), _ANY_HEIGHT)
-        self._reach = ScalarMotion(self.reach_path.limits, 0.0)
+        self._reach = ScalarMotion(self.reach_path.limits(0, 0), 0.0)
         self._lands_at: float | None = None  # to go there slowly, once the hand has stopped
-        self._creeps = False
+        self._crept = math.inf  # since when it creeps
         self._gripper = ScalarMotion(limits.gripper, self.robot.grasp.open)
         self._action = np.empty(self.robot.layout.size)
         self._posture: tuple[ReachPath, float] | None = None  # path and reach of the arm in the last action
@@ -167,9 +167,9 @@ class RobotMotion(BaseMotion):
     def reach_along(self, path: ReachPath) -> None:
         """Give the arm, which is tucked or in a pose that both have, the path for the next time that it moves."""
         if self.reach_path.returns and self.reached == self.reach_path.goal:
-            self._reach = ScalarMotion(path.limits, 0.0)
+            self._reach = ScalarMotion(self._reach.limits, 0.0)
         self.reach_path = path
-        self._reach.set_limits(path.limits)
+        self._reach.set_limits(path.limits(self.reached, self.reached))
 
     def reach(self, s: float, creeps: bool = False, speed: float = math.inf) -> None:
         """Set how far the hand reaches out: 0 tucked, 1 at the goal, or more where the path has more poses.
@@ -179,12 +179,13 @@ class RobotMotion(BaseMotion):
             creeps: Whether it goes there more slowly than what counts as a strike.
             speed: At most, of s, per second; a faster one stops first.
         """
-        self._lands_at, self._creeps, limits = None, creeps, self.reach_path.limits
+        self._lands_at, limits = None, self.reach_path.limits(self.reached, s)
+        self._crept = min(self._crept, self.now) if creeps else math.inf
         if self._reach.rests_at(s) and speed == math.inf and not (creeps or self.may_be_off):
             self._reach.set_limits(limits)
             return
         if creeps:
-            speed = _CREEPS / self.reach_path.longest(arm_of(self.robot))
+            speed = _CREEPS / self.reach_path.longest(arm_of(self.robot), 0.0, self.reach_path.goal)
         if abs(self._reach.at(self.now)[1]) > 1.1 * speed:
             self.stop_reaching()
             return
@@ -207,7 +208,7 @@ class RobotMotion(BaseMotion):
 
     def stop_reaching(self) -> None:
         """Stop the hand where it is, until the next `reach`."""
-        self._lands_at, self._creeps = None, False
+        self._lands_at, self._crept = None, math.inf
         if not self._reach.stops:
             self._reach.run_at(0.0, self.now)
 
@@ -315,8 +316,8 @@ class RobotMotion(BaseMotion):
         if arm is not None and (self.giving_way.yields or self.has_given_way):
             wanted = self.reach_path.joints(posture[1])
             rested, here = self.now - self._reach.arrival, wanted
-            if self._creeps and rested < 0.0:  # it gives way as it goes: else it would spring back at who steps off
-                rested, here = math.inf, self.reach_path.joints(self.reached)
+            if rested < 0.0:  # at a creep it gives way as it goes: else it would spring back at who steps off
+                rested, here = self.now - self._crept, self.reach_path.joints(self.reached)
             self.giving_way.follow(arm, here, rested, self._timestep)
             action[layout.arm] = wanted + self.giving_way.offset
         action[layout.gripper] = self._gripper.at(end)[0]

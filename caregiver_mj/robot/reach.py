@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import itertools
 import math
@@ -13,6 +14,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.robot.geometry import hand_rotation
 from caregiver_mj.robot.kinematics import Arm
 from caregiver_mj.robot.limits import ArmLimits, Limits
+from caregiver_mj.robot.scalar_motion import NOTHING, ScalarMotion
 
 _SLOWEST = 0.25  # per second, of the way from one pose to the next, that is worth to go
 _CHECKS = 25  # poses on the arm's way that are checked
@@ -31,42 +33,60 @@ _TRAY_PITCHES = np.radians((90, 110, 125, 140)).tolist()  # of the hand there: t
 class ReachPath:
     """The hand's way from the tucked arm (s = 0) through poses (s = 1, 2, ...): lines in joint space.
 
-    A pose is joint positions (joints,) in radians; there are two or more, the tucked arm first.
+    A pose is joint positions (joints,) in radians; there are two or more, the tucked arm first. `gently` are lines on
+    which the hand is as slow as on the slowest.
 
     In the arm's vertical plane the hand's pitch is a signed sum of joint positions, so that a line between two poses
     of equal pitch keeps it all the way: a candle stays upright. A line has no curvature either, which makes the
-    joints' limits simple bounds of s and its derivatives; they hold as long as the hand stops at every pose.
+    joints' limits simple bounds of s and its derivatives on it; they hold as long as the hand stops at every pose.
 
     Attributes:
         goal: s at the last of them.
         returns: Whether the last of them is the tucked arm again.
-        limits: Bounds of s (per second, ...) under which every joint keeps its limits.
     """
 
-    def __init__(self, poses: Sequence[np.ndarray], arm: ArmLimits):
+    def __init__(self, poses: Sequence[np.ndarray], arm: ArmLimits, gently: slice = slice(0)):
         self._poses = np.array(poses)
         self._ways = np.diff(self._poses, axis=0)
         self.goal = len(self._ways)
         self.returns = bool((self._poses[0] == self._poses[-1]).all())
-        way = np.abs(self._ways).max(axis=0) + 1e-12
+        way = np.abs(self._ways) + 1e-12
         # The nearer to the end of its range a joint is, the slower it must be, and the poses are the extremes.
-        velocity = np.min([arm.velocity_at(self._poses, sign * np.ones_like(self._poses)) for sign in (1, -1)], (0, 1))
-        self.limits = Limits(
-            velocity=float((np.minimum(velocity * arm.velocity_share, arm.servo_velocity) / way).min()),
-            acceleration=float((arm.acceleration * arm.acceleration_share / way).min()),
-            jerk=float(arm.planned_jerk / way.max()),
-        )
+        ends = np.min([arm.velocity_at(self._poses, sign * np.ones_like(self._poses)) for sign in (1, -1)], axis=0)
+        velocity = np.minimum(np.minimum(ends[:-1], ends[1:]) * arm.velocity_share, arm.servo_velocity)
+        acceleration, jerk = arm.acceleration * arm.acceleration_share, np.full_like(way, arm.planned_jerk)
+        self._limits = np.stack([(most / way).min(axis=1) for most in (velocity, acceleration, jerk)])
+        self._limits[:, gently] = self._limits.min(axis=1, keepdims=True)
 
     def joints(self, s: float) -> np.ndarray:
         """Return the joint positions (joints,) in radians at s."""
         i = min(int(s), self.goal - 1)
         return self._poses[i] + (s - i) * self._ways[i]
 
-    def longest(self, arm: Arm) -> float:
-        """Return the metres that the hand goes for each unit of s, where these are most."""
-        shares = np.linspace(0.0, self.goal, _CHECKS * self.goal)
+    def limits(self, start: float, end: float) -> Limits:
+        """Return bounds of s (per second, ...) under which every joint keeps its limits between two values of s."""
+        return Limits(*self._limits[:, slice(*self._lines(start, end))].min(axis=1).tolist())
+
+    def seconds(self, speeds: Sequence[float] = ()) -> float:
+        """Return how long the hand takes with a stop at every pose, and on each line one of these speeds at most."""
+        motion = ScalarMotion(self.limits(0, 1), 0.0)
+        for line in range(self.goal):
+            limits = self.limits(line, line + 1)
+            motion.set_limits(dataclasses.replace(limits, velocity=min([limits.velocity, *speeds[line : line + 1]])))
+            motion.move_to(line + 1.0, motion.arrival)
+        return motion.arrival
+
+    def longest(self, arm: Arm, start: float, end: float) -> float:
+        """Return the metres that the hand goes for each unit of s, where these are most on the same lines."""
+        first, last = self._lines(start, end)
+        shares = np.linspace(first, last, _CHECKS * (last - first))
         places = np.array([arm.pinch(self.joints(s)) for s in shares])
-        return float(np.linalg.norm(np.diff(places, axis=0), axis=1).max() / shares[1])
+        return float(np.linalg.norm(np.diff(places, axis=0), axis=1).max() / (shares[1] - shares[0]))
+
+    def _lines(self, start: float, end: float) -> tuple[int, int]:
+        """The poses between which the lines are on which two values of s lie."""
+        first = min(int(min(start, end) + NOTHING), self.goal - 1)
+        return first, max(first + 1, math.ceil(max(start, end) - NOTHING))
 
 
 @functools.cache
@@ -113,7 +133,7 @@ def retrieval_paths(arm: Arm, point: np.ndarray, rotation: np.ndarray, lift: flo
             continue
         path = ReachPath([arm.tucked, *over, down], arm.embodiment.limits.arm)
         # Next to the end of a joint's range it would have to creep, for minutes.
-        quick = path.limits.velocity > _SLOWEST
+        quick = path.limits(0, path.goal).velocity > _SLOWEST
         clear = quick and all(arm.clears_itself(path.joints(s)) for s in np.linspace(path.goal, 0.0, _CHECKS))
         yield path if clear else None
 
@@ -127,7 +147,8 @@ def pick_up_path(arm: Arm, ahead: float, heading: float) -> ReachPath | None:
     its tray on no way.
     """
     hand = np.array([ahead, 0.0, arm.embodiment.fingertip - _BEYOND]), hand_rotation(heading, math.pi / 2)
-    return max(_ways(arm, tray_path(arm).joints(UP), *hand), key=_speed, default=None) if arm.may_reach(*hand) else None
+    ways = _ways(arm, tray_path(arm).joints(UP), *hand) if arm.may_reach(*hand) else ()
+    return min(ways, key=ReachPath.seconds, default=None)
 
 
 def share_at(arm: Arm, path: ReachPath, height: float) -> float:
@@ -156,7 +177,7 @@ def tray_path(arm: Arm, spot: float = 0.0) -> ReachPath:
         up = arm.solve_nearest(np.array(_UP), hand_rotation(0.0, down), guesses(arm, hand_rotation(0.0, down)))
         for heading, pitch in itertools.product((0.0, down, -down), _TRAY_PITCHES):
             if ways := _ways(arm, up, over, hand_rotation(heading, pitch)):
-                return max(ways, key=_speed)
+                return min(ways, key=ReachPath.seconds)
     raise CaregiverError(f"robot '{robot.name}' must have a tray within its arm's reach to pick up small things")
 
 
@@ -168,14 +189,10 @@ def _ways(arm: Arm, up: np.ndarray, place: np.ndarray, rotation: np.ndarray) -> 
             path = ReachPath([arm.tucked, up, arm.solve_pose(place, rotation, guess)], arm.embodiment.limits.arm)
         except CaregiverError:
             continue
-        shares = np.linspace(path.goal, 0.0, _CHECKS * path.goal)
-        if _speed(path) > _QUICK and all(arm.clears_itself(path.joints(s), tray=True) for s in shares):
+        shares, quick = np.linspace(path.goal, 0.0, _CHECKS * path.goal), path.limits(0, path.goal).velocity > _QUICK
+        if quick and all(arm.clears_itself(path.joints(s), tray=True) for s in shares):
             found.append(path)
     return found
-
-
-def _speed(path: ReachPath) -> float:
-    return path.limits.velocity
 
 
 def guesses(arm: Arm, rotation: np.ndarray) -> list[np.ndarray]:

@@ -16,6 +16,7 @@ from caregiver_mj.plans.hazards import CANDLE, MUG, NOTHING, State
 from caregiver_mj.policy.pace import picking_up_time
 from caregiver_mj.recording.contacts import FLAME_CLEAR, WAX_CLEAR, Contacts
 from caregiver_mj.robot import geometry
+from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.reach import UP
 from caregiver_mj.robot.skills import PickUp
 from caregiver_mj.robot.status import Status
@@ -322,6 +323,23 @@ def test_the_base_turns_the_tray_away_from_a_child_that_stays_before_it():
     x, y, yaw = env.physics.base_position()
     place = geometry.to_local((x, y, yaw), env.task.children[0].position)
     assert abs(np.degrees(np.arctan2(place[1], place[0]))) > 35.0
+    assert env.task.strikes == env.task.contacts.strikes_surface == 0
+
+
+def test_the_hand_rises_at_a_creep_beside_a_child_that_stays_where_it_reaches_down():
+    env, policy, step = picking("mobile_fr3")
+    while not skill_of(policy) or policy.robot.reached < 1.6:
+        step = env.step(policy(step))
+    arm, base = arm_of(env.physics.embodiment), env.physics.base_position()
+    ahead = arm.pinch(env.physics.arm_position())[0]
+    env.task.children[0].put_at(*geometry.to_world(base, (ahead, 0.4)))
+    heights = []
+    for _ in range(300):
+        step = env.step(policy(step))
+        heights.append(arm.pinch(env.physics.arm_position())[2])
+    rises = np.diff(heights[50:]) / env.control_timestep()  # once it has stopped going down
+    assert rises.mean() > 0.02
+    assert rises.max() < 0.05
     assert env.task.strikes == env.task.contacts.strikes_surface == 0
 
 

@@ -6,12 +6,14 @@ import pytest
 from reaching import first_way
 
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.embodiments import EMBODIMENTS, find_embodiment
 from caregiver_mj.robot.geometry import hand_rotation
-from caregiver_mj.robot.kinematics import Arm
-from caregiver_mj.robot.reach import reach_path
+from caregiver_mj.robot.kinematics import Arm, arm_of
+from caregiver_mj.robot.motion import RobotMotion
+from caregiver_mj.robot.reach import pick_up_path, reach_path, tray_path
 from caregiver_mj.robot.robot_model import read_spec
 from caregiver_mj.robot.scalar_motion import ScalarMotion
+from caregiver_mj.robot.skills.close import closing
 
 ROBOT = find_embodiment("mobile_fr3")
 
@@ -128,7 +130,7 @@ def test_goal_out_of_reach_is_refused(arm, x, z):
 @pytest.mark.parametrize("height", HEIGHTS)
 def test_reach_path_keeps_the_published_joint_limits(arm, height):
     path = reach_path(arm, round(1e4 * height))
-    motion = ScalarMotion(path.limits, 0.0)
+    motion = ScalarMotion(path.limits(0, 1), 0.0)
     motion.move_to(1.0, 0.0)
     timestep = 1e-3
     joints = []
@@ -145,6 +147,39 @@ def test_reach_path_keeps_the_published_joint_limits(arm, height):
     assert rates[2].max() <= JERK
     assert (rates[0] / VELOCITY).max() > 0.5 or rates[1].max() > 0.9 * ACCELERATION  # and makes use of them
     np.testing.assert_allclose(joints[-1], path.joints(1.0), atol=1e-9)
+
+
+WAYS = {
+    "close": lambda arm: closing(arm).path,
+    "pick up": lambda arm: next(filter(None, (pick_up_path(arm, ahead, 0.0) for ahead in (0.4, 0.5)))),
+    "tray": tray_path,
+}
+
+
+@pytest.mark.parametrize("name", EMBODIMENTS)
+@pytest.mark.parametrize("way", WAYS)
+def test_between_two_poses_the_hand_is_as_quick_as_the_arm_may_be_there(name, way):
+    embodiment, timestep = find_embodiment(name), 1e-3
+    limits, path, robot = embodiment.limits.arm, WAYS[way](arm_of(embodiment)), RobotMotion(embodiment, 0.02)
+    robot.reset((0.0, 0.0, 0.0))
+    robot.reach_along(path)
+    quick = []
+    for pose in range(1, path.goal + 1):
+        joints = [path.joints(robot.reached)] * 3
+        for goal, until in ((pose, pose - 0.5), (pose - 1, pose - 0.7), (pose, pose)):  # it turns back once
+            goes_out = goal == pose
+            while robot.reached < until if goes_out else robot.reached > until:
+                robot.reach(float(goal))
+                for _ in range(20):
+                    robot.now += timestep
+                    joints.append(path.joints(robot.reached))
+        rates = [np.diff(joints, order, axis=0) / timestep**order for order in (1, 2, 3)]
+        assert (np.abs(rates[0]) <= limits.velocity_at(np.array(joints[1:]), rates[0])).all()
+        assert (np.abs(rates[1]) <= limits.acceleration).all()
+        assert (np.abs(rates[2]) <= limits.jerk).all()
+        quick.append((np.abs(rates[1]) / limits.acceleration).max() > 0.95 * limits.acceleration_share)
+    gently = range(2, closing(arm_of(embodiment)).pushed) if way == "close" else ()
+    assert quick == [line not in gently for line in range(path.goal)]
 
 
 # -- The robot itself --------------------------------------------------------------------------------

@@ -34,7 +34,7 @@ _DEPTH, _OVER = 0.025, 0.05  # metres of the pinch point below the panel's top, 
 _STEP = math.radians(28.0)  # at most between poses on the hand's arc; it slides along the panel in between
 # How far it pushes past the stop, and then back as a test: on the way, a finger after the other is clear of the panel.
 _BEYOND, _TEST = math.radians(4.0), math.radians(6.3)
-_MEETS = 0.6  # poses a second, on a way on which a finger comes to meet the panel, or the panel its latch
+_MEETS = 0.09  # m/s of a hand of which a finger comes to meet the panel, or that pulls at the latch
 _ASTRIDE = 0.021  # metres that each finger then stands off the panel's middle
 # Metres from a child to the gate below which the hand does not go out, below which it closes it slowly, and below which
 # it stops, or comes back at a creep; this holds for the arm, too. And seconds within which the child may come there.
@@ -48,6 +48,11 @@ class Closing(NamedTuple):
     path: ReachPath  # the arm's way: over the panel (1), astride it (2), along its arc, and back to the tucked arm
     radius: float  # how far from the hinge the hand then is, metres
     pushed: int  # number of the pose in which the gate has been pushed to its stop; the next one tests whether it holds
+    metres: list[float]  # that the hand goes on each line of the way, see `ReachPath.longest`
+
+    def speed(self, line: int, slowly: bool = False) -> float:
+        """Return how much of a line of the way the hand may go in a second."""
+        return _MEETS / self.metres[line] if slowly or line in (2, self.pushed) else math.inf
 
 
 class Close(Skill):
@@ -83,8 +88,9 @@ class Close(Skill):
             if view.now > self._waits_since + TIME_OUT:
                 self._withdraws, self._at = True, max(0, math.ceil(robot.reached) - 1)
             return Status.COMMITTED
-        meets = self._at in (3, self._closing.pushed + 1) or (closes and self._is_child_within(view, _CHILD_NEAR))
-        robot.reach(float(self._at), creeps=is_beside, speed=_MEETS if meets else math.inf)
+        slowly = closes and self._is_child_within(view, _CHILD_NEAR)
+        speed = self._closing.speed(self._at - (self._at > robot.reached), slowly)
+        robot.reach(float(self._at), creeps=is_beside, speed=speed)
         if robot.reached != self._at or view.now < self._until:
             return Status.COMMITTED
         return self._come_back(robot) if self._withdraws else self._go_on(view, robot)
@@ -131,7 +137,7 @@ class Close(Skill):
         with contextlib.suppress(CaregiverError):  # then it stays as it is
             base = x, y, view.base[2] - self._frame[2]
             poses[self._at] = _pose(arm, base, self._closing.radius, _way()[self._at - 1], [poses[self._at]])
-        self._closing = self._closing._replace(path=ReachPath(poses, arm.embodiment.limits.arm))
+        self._closing = self._closing._replace(path=_path(arm, poses))
         robot.reach_along(self._closing.path)
 
     def _come_back(self, robot: RobotMotion) -> Status:
@@ -171,10 +177,16 @@ def closing(arm: Arm) -> Closing:
                 poses.append(_pose(arm, base, radius, place, poses[-1:] if i else None))
         except CaregiverError:
             continue
-        path = ReachPath([*poses, arm.tucked], arm.embodiment.limits.arm)
+        path = _path(arm, [*poses, arm.tucked])
         if all(arm.clears_itself(path.joints(s)) for s in np.linspace(0.0, path.goal, 4 * path.goal)):
-            return Closing(base, path, radius, pushed=len(way) - 3)
+            metres = [path.longest(arm, line, line + 1) for line in range(path.goal)]
+            return Closing(base, path, radius, len(way) - 3, metres)
     raise CaregiverError(f"the arm of '{arm.embodiment.name}' cannot close a gate")
+
+
+def _path(arm: Arm, poses: Sequence[np.ndarray]) -> ReachPath:
+    """The hand's way, on which it speeds up gently with the panel: that swings between the fingers, and hits them."""
+    return ReachPath(poses, arm.embodiment.limits.arm, gently=slice(2, len(_way()) - 3))
 
 
 def _way() -> list[tuple[float, float]]:

@@ -29,7 +29,7 @@ from caregiver_mj.robot.view import View
 _FEELING = 0.013  # m/s of the fingertips that look for the floor
 # m/s of a hand that carries the thing, of which fingertips hold 3 mm: where they turn, it slips outwards by half of the
 # square of the angle of every physics step, times the radius.
-CARRYING, _TURNING = 0.5, 0.2  # the second where the hand is tucked, and turns
+CARRYING, _TURNING = 0.5, 0.07  # the second where the hand is tucked, and turns
 _TURNS = 0.2  # rad/s of the base: at seven times that it is lost within half a turn, at this it slips by 1 mm
 _TOUCHED = 0.0012  # m; height of the hand above its command from which on the floor holds it up
 _ON_FLOOR = 0.0015  # metres that the fingertips may then be above the floor; else they stand on the thing
@@ -163,6 +163,7 @@ class PickUp(Reaching):
         slower = robot.grip_time / self.embodiment.grasp.grip_time  # where it is not seen exactly
         self._until = view.now + slower * _FIRM
         self._carry(view, robot, self._lift, UP)
+        self._since = -math.inf
         return Status.COMMITTED
 
     def _lift(self, view: View, robot: RobotMotion) -> Status:
@@ -212,7 +213,6 @@ class PickUp(Reaching):
         robot.grip(self.embodiment.grasp.open)
         self._until = view.now + _FALLS
         self._withdraw(view, robot)
-        self._since = -math.inf if self._is_at_tray else view.now
 
     def _keep_away(self, view: View, robot: RobotMotion) -> Status:
         """Get away from the children with the thing over their heads, until none is in the hand's way to the tray."""
@@ -245,8 +245,9 @@ class PickUp(Reaching):
             robot.turn_to(self._yaw)
 
     def _withdraw(self, view: View, robot: RobotMotion) -> None:
-        """Retract the hand through the same poses."""
+        """Retract the hand through the same poses, beside a child at a creep."""
         self._begin(view, self._come_back, *map(float, range(max(0, math.ceil(robot.reached) - 1), -1, -1)))
+        self._since = -math.inf
 
     def _come_back(self, view: View, robot: RobotMotion) -> Status:
         """Tuck the arm, and look again."""
@@ -265,7 +266,7 @@ class PickUp(Reaching):
         speed: float = CARRYING,
     ) -> None:
         self._begin(view, stage, *way)
-        self._speed = speed / robot.reach_path.longest(arm_of(self.embodiment))
+        self._speed = speed / robot.reach_path.longest(arm_of(self.embodiment), robot.reached, way[0])
 
     def _goes_on(self, view: View, robot: RobotMotion) -> bool:
         """Move the hand on along its way; return whether it has just come to the next pose of that."""

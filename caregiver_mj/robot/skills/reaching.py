@@ -54,7 +54,8 @@ class Reaching(Skill):
             robot.reach(pose, creeps=True)
         else:
             robot.stop_reaching()
-        return robot.reached == pose and (creeps or not robot.has_given_way)
+        waits = robot.has_given_way and view.now < robot.reach_arrival + TIME_OUT
+        return robot.reached == pose and not waits
 
     def _child_within(self, view: View, distance: float, seconds: float) -> bool:
         """Whether a child is, or may be within seconds, nearer than that to the thing, the hand, or the arm."""
