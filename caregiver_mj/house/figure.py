@@ -136,11 +136,7 @@ class Figure:
 
     def _turn(self, part: str, roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0) -> None:
         """Turn a part about its joint: first about the axis up, then the one to the left, then the one forward."""
-        turn = self._turns[part]
-        if roll or yaw:
-            mujoco.mju_euler2Quat(turn, (yaw, pitch, roll), "zyx")
-        else:  # the same, in a quarter of the time
-            turn[0], turn[1], turn[2], turn[3] = math.cos(pitch / 2), 0.0, math.sin(pitch / 2), 0.0
+        mujoco.mju_euler2Quat(self._turns[part], (yaw, pitch, roll), "zyx")
 
 
 def _towards(value: float, aim: float, seconds: float, time: float) -> float:

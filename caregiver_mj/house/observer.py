@@ -92,10 +92,9 @@ class Observer:
             observation["cell_seen"] = self._cells_seen.astype(float)
         for key, view in physics.live.items():
             observation[key] = view.copy()
-        if self.sight.is_full:
-            return observation
-        for key in ("toddler_position", "toddler_velocity"):
-            np.atleast_2d(observation[key])[~self.seen] = 0.0
+        if not self.sight.is_full:
+            for key in ("toddler_position", "toddler_velocity"):
+                np.atleast_2d(observation[key])[~self.seen] = 0.0
         for key in observation.keys() & self._things_seen.keys():  # those out of view are as last seen, or at first
             shown, seen = self._things_shown.setdefault(key, observation[key]), self._things_seen[key]
             shown[seen] = observation[key][seen]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Sequence
 
@@ -143,19 +142,12 @@ class TargetRamp:
     def _begin(self, steps: int) -> None:
         """Begin the line from the last targets to the next ones."""
         self._steps = self._left = steps
-        count, back = _factors(steps)
-        controls, last, way, slope, bend = self._controls, self._last, self._way, self._slope, self._bend
+        count = np.array(float(steps))  # arrays, for plain numbers take twice the time
         # The mean at the end of the previous line, computed exactly so that rounding does not accumulate.
-        np.multiply(way, back, controls)
-        np.add(controls, last, controls)
-        np.divide(way, count, slope)
-        np.subtract(self._next, last, way)
-        np.divide(way, count, bend)
-        np.subtract(bend, slope, bend)
-        np.divide(bend, count, bend)
-
-
-@functools.lru_cache(maxsize=8)
-def _factors(steps: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return a number of steps, and how far back their mean is, as arrays, for plain numbers take twice the time."""
-    return np.array(float(steps)), np.array(-(steps - 1) / (2 * steps))
+        np.multiply(self._way, np.array(-(steps - 1) / (2 * steps)), self._controls)
+        np.add(self._controls, self._last, self._controls)
+        np.divide(self._way, count, self._slope)
+        np.subtract(self._next, self._last, self._way)
+        np.divide(self._way, count, self._bend)
+        np.subtract(self._bend, self._slope, self._bend)
+        np.divide(self._bend, count, self._bend)

@@ -149,13 +149,11 @@ class Things:
         for i, place in enumerate(physics.live["battery_position"].tolist()):
             is_off = self._taken[i] != NOTHING or place[2] > OFF_FLOOR
             if not is_off:
-                for taker, child in enumerate(places):  # a plain loop: this is asked at every control step
-                    if self._is_at(child, place):
-                        if not physics.robot_touches_thing(i):
-                            self._taken[i], is_off, children[taker].holds = taker, True, True
-                            children.hurt(taker, self._kinds[i])
-                            self.go_along(physics)
-                        break
+                taker = next((k for k, child in enumerate(places) if self._is_at(child, place)), NOTHING)
+                if taker != NOTHING and not physics.robot_touches_thing(i):
+                    self._taken[i], is_off, children[taker].holds = taker, True, True
+                    children.hurt(taker, self._kinds[i])
+                    self.go_along(physics)
             if is_off != self._is_off[i]:
                 self._is_off[i] = is_off
                 states = self._plan.hazards.split(children.state)[2]

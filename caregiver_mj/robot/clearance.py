@@ -50,7 +50,7 @@ class Clearance:
             slack = raster[there]
             if np.minimum.reduce(slack) >= 0.0:  # faster than `min`
                 continue
-            distance = _shares(len(x) - 1, math.dist(a, b))
+            distance = np.linspace(0.0, math.dist(a, b), len(x))
             allowed = np.where(distance < _LEAVING, min(0.0, slack[0]), 0.0)
             allowed = np.where(distance > distance[-1] - _LEAVING, np.minimum(allowed, slack[-1]), allowed)
             if (slack < allowed - _ROUNDING).any():
@@ -146,12 +146,7 @@ class Clearance:
 
 def _points_between(a: Vector, b: Vector) -> tuple[np.ndarray, np.ndarray]:
     """Points, x and y, along a straight line."""
-    share = _shares(int(math.dist(a, b) / _RASTER) + 1, 1.0)
+    last = int(math.dist(a, b) / _RASTER) + 1
+    share = np.arange(last + 1) * (1.0 / last)  # as `linspace` does it, which takes longer than all the rest
+    share[-1] = 1.0
     return a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])
-
-
-def _shares(last: int, end: float) -> np.ndarray:
-    """Numbers from 0 to an end, (last + 1,), as `linspace` makes them, which takes longer than all the rest."""
-    shares = np.arange(last + 1) * (end / last)
-    shares[-1] = end
-    return shares

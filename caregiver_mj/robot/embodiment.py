@@ -19,7 +19,6 @@ in metres, radians and seconds unless they say otherwise.
 from __future__ import annotations
 
 import dataclasses
-import functools
 import math
 from collections.abc import Sequence
 from importlib.resources.abc import Traversable
@@ -62,11 +61,6 @@ class Wheels:
 
     places: tuple[tuple[float, float], ...]  #: where each is, x ahead of the base's middle and y to its left
 
-    @functools.cached_property
-    def farthest(self) -> float:
-        """Distance of the farthest from the base's middle, m."""
-        return max(math.hypot(*place) for place in self.places)
-
     def steer(self, headings: Sequence[float], ahead: float, aside: float, turn: float) -> list[float]:
         """Return the rates at which wheels turn to where they go, rad/s, in the order of `Names.wheels`.
 
@@ -78,8 +72,6 @@ class Wheels:
             aside: The same along its y axis.
             turn: Rate of its turn, rad/s.
         """
-        if math.hypot(ahead, aside) + abs(turn) * self.farthest < 0.999 * _ROLLS:  # all stand, whatever the rounding
-            return [0.0] * len(self.places)
         rates = []
         for heading, (x, y) in zip(headings, self.places, strict=True):
             along, across = ahead - turn * y, aside + turn * x
