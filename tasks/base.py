@@ -296,8 +296,9 @@ class CareTask(control.Task):
 
     def get_observation(self, physics: Physics) -> collections.OrderedDict[str, np.ndarray]:
         """Return the observation, which suffices for a caregiver; every key is in `observed`."""
-        clock = np.array(self._control_steps / self._steps_a_move)
-        observation = collections.OrderedDict(clock=clock, **self.observer.observe(physics, self._control_steps))
+        observation = self.observer.observe(physics, self._control_steps)
+        observation["clock"] = np.array(self._control_steps / self._steps_a_move)
+        observation.move_to_end("clock", last=False)
         if self._shows_heights and self.plan.tables:
             observation["table_height"] = self.table_heights.copy()
         return observation

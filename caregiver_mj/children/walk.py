@@ -91,11 +91,11 @@ class ToddlerWalk:
             if turns_back:
                 self.returns = True
                 velocity = self._towards(self._home)
-        if _is_in_the_way(velocity, touched):
+        if touched and _is_in_the_way(velocity, touched):
             velocity = (0.0, 0.0)
         self.velocity = velocity
         self.position = (self.position[0] + timestep * velocity[0], self.position[1] + timestep * velocity[1])
-        if not self.returns and any(velocity):  # on the way back it walks backwards
+        if not self.returns and (velocity[0] or velocity[1]):  # on the way back it walks backwards
             turn = math.remainder(math.atan2(velocity[1], velocity[0]) - self.yaw, math.tau)
             self.yaw_rate = _TURN_RATE * turn
             self.yaw += timestep * self.yaw_rate

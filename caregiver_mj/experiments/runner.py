@@ -54,6 +54,8 @@ class HouseRollout(Rollout):
 
         self._physics_error = control.PhysicsError
         self.env, self.policy, self.which = env, policy, "the episode"  # name in messages
+        self._task, self._physics = env.task, env.physics  # looked up once
+        self._is_delayed = not (policy or env.task.sensing.is_exact)  # a delay is counted in observations
         self._nothing = np.zeros(env.action_spec().shape)
         seconds = env.control_timestep()
         self._substeps, self._length = round(seconds / env.physics.timestep()), env.task.time_limit / seconds
@@ -80,8 +82,8 @@ class HouseRollout(Rollout):
     def timestep(self) -> dm_env.TimeStep:
         """The last time step."""
         if self._timestep is None:
-            task, physics = self.env.task, self.env.physics
-            self._timestep = self._made(task.get_reward(physics), task.get_observation(physics))
+            reward = self._task.get_reward(self._physics)
+            self._timestep = self._made(reward, self._task.get_observation(self._physics))
         return self._timestep
 
     def _made(self, reward: Any, observation: Any) -> dm_env.TimeStep:
@@ -104,7 +106,7 @@ class HouseRollout(Rollout):
 
     def advance(self, action: Any) -> None:
         """Run one control step with an action, from outside or the policy's, or raise DivergenceError."""
-        task, physics = self.env.task, self.env.physics
+        task, physics = self._task, self._physics
         try:
             task.before_step(action, physics)
             physics.step(self._substeps)
@@ -116,7 +118,7 @@ class HouseRollout(Rollout):
         self.steps += 1
         self._timestep = None
         reward = task.get_reward(physics) if self._asks else None
-        if self._asks or not (self.policy or task.sensing.is_exact):  # a delay is counted in observations
+        if self._asks or self._is_delayed:
             observation = task.get_observation(physics)
         self._discount = 1.0 if self.steps >= self._length else task.get_termination(physics)
         if self._asks:

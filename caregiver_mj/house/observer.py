@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import collections
 import dataclasses
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -78,14 +79,14 @@ class Observer:
             for touch in physics.touches:
                 self.seen[touch.child] |= touch.kind == "robot"
 
-    def observe(self, physics: Physics, step: int) -> dict[str, np.ndarray]:
+    def observe(self, physics: Physics, step: int) -> collections.OrderedDict[str, np.ndarray]:
         """Return the perceived observation, by key; repeated calls in a step return the same."""
         exact = self._all_in_sight(physics)
-        return self._sensor.sense(step, exact) if self._sensor else exact
+        return collections.OrderedDict(self._sensor.sense(step, exact)) if self._sensor else exact
 
-    def _all_in_sight(self, physics: Physics) -> dict[str, np.ndarray]:
+    def _all_in_sight(self, physics: Physics) -> collections.OrderedDict[str, np.ndarray]:
         """Return the observation of everything in view, without errors."""
-        observation: dict[str, np.ndarray] = {}
+        observation: collections.OrderedDict[str, np.ndarray] = collections.OrderedDict()
         if not self.sight.is_full:
             observation["toddler_seen"] = self.seen.astype(float)
             observation["cell_seen"] = self._cells_seen.astype(float)

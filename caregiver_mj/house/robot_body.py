@@ -67,10 +67,10 @@ class RobotBody:
         self.ramp.lead_to(self._targets, steps)
         # The wheels, which bear no load, turn in the direction of motion.
         x, y, turn = self.base[1].tolist()
-        yaw = float(self.base[0][2])
+        yaw = self.base[0].item(2)
         c, s = math.cos(yaw), math.sin(yaw)
-        headings = self.wheels[0].tolist()
-        self.wheels[1][:] = self.embodiment.wheels.steer(headings, c * x + s * y, c * y - s * x, turn)
+        headings, rates = self.wheels
+        rates[:] = self.embodiment.wheels.steer(headings.tolist(), c * x + s * y, c * y - s * x, turn)
 
     def place(self, base: np.ndarray, arm: np.ndarray | None = None) -> None:
         """Place the robot with an open hand: base pose (3,) and arm joints (joints,), tucked by default."""
@@ -136,17 +136,18 @@ class TargetRamp:
             self._last[:] = self._next  # no new targets: finish
             self._begin(self._steps)
         self._left -= 1
-        self._slope += self._bend
-        self._controls += self._slope
+        np.add(self._slope, self._bend, self._slope)
+        np.add(self._controls, self._slope, self._controls)
 
     def _begin(self, steps: int) -> None:
         """Begin the line from the last targets to the next ones."""
         self._steps = self._left = steps
+        count = np.array(float(steps))  # arrays, for plain numbers take twice the time
         # The mean at the end of the previous line, computed exactly so that rounding does not accumulate.
-        np.multiply(self._way, -(steps - 1) / (2 * steps), out=self._controls)
-        self._controls += self._last
-        np.divide(self._way, steps, out=self._slope)
-        np.subtract(self._next, self._last, out=self._way)
-        np.divide(self._way, steps, out=self._bend)
-        self._bend -= self._slope
-        self._bend /= steps
+        np.multiply(self._way, np.array(-(steps - 1) / (2 * steps)), self._controls)
+        np.add(self._controls, self._last, self._controls)
+        np.divide(self._way, count, self._slope)
+        np.subtract(self._next, self._last, self._way)
+        np.divide(self._way, count, self._bend)
+        np.subtract(self._bend, self._slope, self._bend)
+        np.divide(self._bend, count, self._bend)

@@ -13,7 +13,7 @@ from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import CANDLE, NOTHING, HazardKind, State, Where
-from caregiver_mj.recording.contacts import FAR, Contacts
+from caregiver_mj.recording.contacts import FAR, FLAME_CLEAR, WAX_CLEAR, Contacts
 from caregiver_mj.robot.geometry import Vector, to_world, upwards
 from caregiver_mj.robot.view import CHILD_RADIUS, OFF_FLOOR, off_table
 
@@ -71,15 +71,15 @@ def watch_candle(physics: Physics, seconds: float, tally: Contacts) -> None:
         return
     pinch, children = physics.pinch_position(), physics.toddler_positions()
     x, y, _ = pinch.tolist()
-    nearest_child = min(math.dist((x, y), place) for *place, _ in children.tolist())
-    if nearest_child > FAR + _LENGTH + CHILD_RADIUS:
-        return  # as if it were nowhere
+    counts = max(FLAME_CLEAR, WAX_CLEAR, tally.flame_distance, tally.wax_distance)  # greater distances change nothing
+    if all(math.hypot(x - cx, y - cy) > counts + _LENGTH + CHILD_RADIUS for cx, cy, _ in children.tolist()):
+        return
     poses = physics.candle_poses()
     if not len(poses):
         return
     axes = upwards(poses[:, 3:])
     from_foot = pinch - poses[:, :3]
-    bodies = np.array([_body(kind) for kind in physics.carried])
+    bodies = _bodies(physics.carried)
     along = np.clip((from_foot * axes).sum(axis=1), bodies[:, 0], bodies[:, -1])
     off = np.linalg.norm(from_foot - along[:, None] * axes, axis=1)
     nearest = int(off.argmin())
@@ -94,10 +94,10 @@ def watch_candle(physics: Physics, seconds: float, tally: Contacts) -> None:
 
 
 @functools.cache
-def _body(kind: HazardKind) -> np.ndarray:
-    """Spheres along the axis of a thing but for its flame, as wide as it: their heights above its foot, metres."""
-    thing = layout.thing(kind)
-    return np.linspace(thing.width, thing.height - thing.width, _SPHERES)
+def _bodies(kinds: tuple[HazardKind, ...]) -> np.ndarray:
+    """Spheres along the axes of things but for a flame, as wide as they: heights above the foot, (things, n), m."""
+    things = [layout.thing(kind) for kind in kinds]
+    return np.array([np.linspace(thing.width, thing.height - thing.width, _SPHERES) for thing in things])
 
 
 def _distances(points: np.ndarray, children: np.ndarray) -> list[float]:
@@ -123,6 +123,7 @@ class Things:
 
     def __init__(self, plan: FloorPlan):
         self._plan, self._kinds = plan, [hazard.kind.name for hazard in plan.hazards.at(Where.FLOOR)]
+        self._near = _FARTHEST * plan.cell_size
         self._taken = [NOTHING] * len(self._kinds)  # by which child each has been taken
         self._is_off = [False] * len(self._kinds)  # the floor
 
@@ -144,10 +145,11 @@ class Things:
 
     def take_in(self, physics: Physics, children: Children) -> None:
         """Update which things are off the floor or taken, after a control timestep."""
-        for i, place in enumerate(physics.thing_positions().tolist()):
+        places = [child.position for child in children]
+        for i, place in enumerate(physics.live["battery_position"].tolist()):
             is_off = self._taken[i] != NOTHING or place[2] > OFF_FLOOR
             if not is_off:
-                taker = next((k for k, child in enumerate(children) if self._is_at(child.position, place)), NOTHING)
+                taker = next((k for k, child in enumerate(places) if self._is_at(child, place)), NOTHING)
                 if taker != NOTHING and not physics.robot_touches_thing(i):
                     self._taken[i], is_off, children[taker].holds = taker, True, True
                     children.hurt(taker, self._kinds[i])
@@ -159,5 +161,5 @@ class Things:
 
     def _is_at(self, child: Vector, place: Sequence[float]) -> bool:
         """Return whether a child is in the cell of a place."""
-        is_near = math.dist(child, place[:2]) < _FARTHEST * self._plan.cell_size
+        is_near = math.hypot(child[0] - place[0], child[1] - place[1]) < self._near
         return is_near and self._plan.cell_at(child) == self._plan.cell_at(place)

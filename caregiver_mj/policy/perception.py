@@ -128,25 +128,25 @@ class Perception:
             lurking = self._lurking.at(base[:2], now, gone, self._tracker, numbers, visible)
             hidden = self._remembered(base[:2], dict(zip(numbers, children, strict=True)), now)
             gaze = self._gaze(base, children, numbers)
-        return View(
-            now=now,
-            base=tuple(observation["base_position"].tolist()),
-            fingers=left + right,
-            arm=observation["arm_position"],
-            children=children,
-            candles=observation.get("candle_position", _NO_CANDLES),
-            candle_orientations=observation.get("candle_orientation", _NO_ORIENTATIONS),
-            gates=observation.get("gate_position", NO_GATES),
-            things=observation.get("battery_position", NO_THINGS),
-            table_heights=self.table_heights,
-            age=self._age,
-            unsure=self._unsure,
-            numbers=numbers,
-            lurking=lurking,
-            hidden=hidden,
-            gaze=gaze,
-            child_comes=self._comes,
-            child_runs=self._runs,
+        return View(  # by position, in a third of the time that keywords take
+            now,
+            tuple(observation["base_position"].tolist()),
+            left + right,
+            observation["arm_position"],
+            children,
+            observation.get("candle_position", _NO_CANDLES),
+            observation.get("candle_orientation", _NO_ORIENTATIONS),
+            observation.get("gate_position", NO_GATES),
+            observation.get("battery_position", NO_THINGS),
+            self.table_heights,
+            self._age,
+            self._unsure,
+            numbers,
+            lurking,
+            hidden,
+            gaze,
+            self._comes,
+            self._runs,
         )
 
     def _remembered(self, base: Vector, seen: dict[int, ChildView], now: float) -> tuple[ChildView, ...]:

@@ -57,9 +57,10 @@ class Arm:
         self._model = spec.compile()
         self._configuration = mink.Configuration(self._model)
         self._data = mujoco.MjData(self._model)
-        self._pinch = self._data.site("pinch")
+        self._pinch = self._data.site_xpos[self._model.site("pinch").id]
         joints = embodiment.names.arm
         self._arm = np.array([self._model.joint(name).qposadr[0] for name in joints])
+        self._joints = self._data.qpos[self._arm[0] : self._arm[0] + len(joints)]
         self._task = mink.FrameTask("pinch", "site", position_cost=1.0, orientation_cost=1.0, lm_damping=1e-6)
         cost = np.zeros(self._model.nv)
         if embodiment.bends.held is not None:
@@ -128,9 +129,9 @@ class Arm:
     def pinch(self, q: np.ndarray) -> np.ndarray:
         """Return, by forward kinematics, the pinch point (3,) in metres for joint positions (joints,) in radians."""
         with self._lock:
-            self._data.qpos[self._arm] = q
+            self._joints[:] = q
             mujoco.mj_kinematics(self._model, self._data)
-            return self._pinch.xpos.copy()
+            return self._pinch.copy()
 
     @functools.cached_property
     def tucked(self) -> np.ndarray:

@@ -175,7 +175,9 @@ class Navigator(Routes):
         if cells is None:
             return None
         ends = {start_cell, goal_cell}
-        shut = np.array([y * self.plan.shape[1] + x for y, x in {*closed, *self.plan.stairwells} - ends], int)
+        shut = np.zeros(self.plan.shape, bool)
+        for cell in {*closed, *self.plan.stairwells} - ends:
+            shut[cell] = True
         # The first point is the centre of the cell in which the base stands: the way out if nothing else is in sight.
         points = [start, *(self.centres[cell] for cell in cells[:-1]), goal]
         if len(points) > 2 and geometry.distance_to_line(start, *points[1:3]) < _ON_THE_WAY:
@@ -195,17 +197,17 @@ class Navigator(Routes):
     ) -> bool:
         """Return whether the base can go straight from a to b, metres, giving children a wide berth.
 
-        It does not cross cells whose codes are in `shut`; for the hand see `Clearance.line`.
+        It does not cross cells that are `shut`, bool (rows, columns); for the hand see `Clearance.line`.
         """
         line = self.clearance.line(a, b, hand)
         if line is None:
             return False
         x, y = line
-        if shut is not None and shut.size and np.isin(self._codes(x, y), shut).any():
+        if shut is not None and shut.take(self._codes(x, y), mode="clip").any():
             return False
         for child in children:
             distance = np.hypot(x - child[0], y - child[1])
-            if distance.min() < min(self._berth, distance[0] - 1e-6):
+            if np.minimum.reduce(distance) < min(self._berth, distance[0] - 1e-6):
                 return False
         return True
 
