@@ -348,7 +348,7 @@ class RobotMotion(BaseMotion):
             x, y = self._seen_at
             self._let_go_at((x, y), moved)
         end = now + self._lead
-        # The servos' lag is fed forward by as much time: by the acceleration, commands would jump wherever that changes.
+        # The servos' lag is fed forward as time: as acceleration, it would make commands jump where that changes.
         _, (vx, vy), _ = self._base_at(end + servos.base_lag)
         yaw = self._yaw.at(now)[0]
         _, yaw_rate, yaw_acceleration = self._yaw.at(end)
