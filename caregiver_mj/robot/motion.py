@@ -340,15 +340,13 @@ class RobotMotion(BaseMotion):
         (x, y), _, _ = self._base_at(now)
         moved, self._seen_at = math.dist(base[:2], self._seen_at) / self._timestep, (float(base[0]), float(base[1]))
         is_led_off = self.is_driving and not self._is_free
-        if self.stops:  # wherever that is: beside a child nothing leads back
+        if self.stops and self.is_driving:  # it comes to rest: beside a child nothing is to lead back meanwhile
             x, y = self._seen_at
-            if not self.is_driving:
-                self._hold((x, y))
         elif math.dist((x, y), base[:2]) > (_LED_OFF if is_led_off else _HELD_UP):  # it must find a new way from there
             x, y = self._seen_at
             self._let_go_at((x, y), moved)
         end = now + self._lead
-        # The servos' lag is fed forward as time: as acceleration, it would make commands jump where that changes.
+        # The base's lag is fed forward as time: as acceleration, it would make commands jump where that changes.
         _, (vx, vy), _ = self._base_at(end + servos.base_lag)
         yaw = self._yaw.at(now)[0]
         _, yaw_rate, yaw_acceleration = self._yaw.at(end)
