@@ -103,7 +103,7 @@ class RobotMotion(BaseMotion):
         self.giving_way = GivingWay(len(arm_of(self.robot).tucked))
         self._feedback, self._turn_feedback = _CATCH_UP_SPEED, _CATCH_UP_TURN
         self._seen_at = float(base[0]), float(base[1])
-        self.led_off, self.stops = 0, False
+        self.led_off, self.stops, self._comes_to_rest = 0, False, False
         self._is_free = True  # whether the command is what the references want
         self.limits = limits
         self._velocity = FollowedVelocity(limits.as_commanded, self._timestep)
@@ -340,8 +340,11 @@ class RobotMotion(BaseMotion):
         (x, y), _, _ = self._base_at(now)
         moved, self._seen_at = math.dist(base[:2], self._seen_at) / self._timestep, (float(base[0]), float(base[1]))
         is_led_off = self.is_driving and not self._is_free
-        if self.stops and self.is_driving:  # it comes to rest: beside a child nothing is to lead back meanwhile
+        came_to_rest, self._comes_to_rest = self._comes_to_rest, self.stops and self.is_driving
+        if self._comes_to_rest or (came_to_rest and self.stops):  # wherever that is: beside a child nothing leads back
             x, y = self._seen_at
+            if not self._comes_to_rest:
+                self._hold((x, y))
         elif math.dist((x, y), base[:2]) > (_LED_OFF if is_led_off else _HELD_UP):  # it must find a new way from there
             x, y = self._seen_at
             self._let_go_at((x, y), moved)

@@ -45,6 +45,26 @@ def test_a_jump_is_caught_up_with_and_not_overshot():
     assert speeds.index(0.5) <= 25  # 0.5 m/s at 2 m/s^2, and what the jerk takes at both ends
 
 
+@pytest.mark.parametrize("begins", [0.0, 0.005, 0.01, 0.015])
+def test_a_stop_with_the_lag_fed_forward_is_not_overshot(begins):
+    """Its slope changes faster than the jerk allows; catching up with that must not lead beyond rest, and back."""
+    braking, jerk, lag, follower = 1.8, 27.0, 0.01, moving_at((1.0, 0.0))
+    builds_up = braking / jerk
+    rests = 1.0 / braking + builds_up  # seconds
+
+    def wanted(time):
+        left = rests - time
+        if left < builds_up:
+            return jerk * max(0.0, left) * (left / 2 - lag)
+        if time < builds_up:
+            return 1.0 - jerk * time * (time / 2 + lag)
+        return braking * (left - builds_up / 2 - lag)
+
+    told = [follower.follow((wanted(begins + STEP * i), 0.0))[0] for i in range(50)]
+    assert min(told) > -0.01
+    assert told[-1] == pytest.approx(0.0, abs=1e-3)
+
+
 def test_where_it_must_be_at_once_it_is():
     follower = moving_at((0.5, 0.3))
     assert (follower.follow((0.2, 0.0), at_once=True), follower.acceleration) == ((0.2, 0.0), (0.0, 0.0))

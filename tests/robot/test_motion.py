@@ -61,6 +61,29 @@ def test_a_base_that_has_left_its_path_stops_as_soon_as_it_can_at_whatever_rate_
     assert not robot.stops
 
 
+@pytest.mark.parametrize("off", [0.0, 0.04])
+def test_a_base_that_comes_to_rest_is_not_told_to_turn_back(off):
+    """A child may be at its heels: neither the servos' lag nor that it is ahead of its reference may lead back."""
+    robot, lag = motion_along((3.0, 0.0)), ROBOT.servos.base_lag
+    base, speed, told = np.zeros(3), 0.0, []
+    for _ in range(150):
+        if not robot.stops and speed > 0.8:
+            robot.let_go(*robot.base_reference())
+            base[0] += off
+        robot.set_rate(1.0)
+        asked = robot.action(base)[0]
+        speed = asked + (speed - asked) * np.exp(-0.02 / lag)
+        base[0] += 0.02 * speed
+        told.append(asked)
+        robot.now += 0.02
+    assert robot.stops
+    assert not robot.moving
+    assert min(told) > -0.04
+    # There it stays, and there it comes back to if it is pushed away.
+    assert robot.base_reference()[0] == pytest.approx(base[:2], abs=1e-3)
+    assert robot.action((base[0] + 0.02, *base[1:]))[0] < -0.02
+
+
 @pytest.mark.parametrize("way", [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)])
 def test_a_base_that_is_about_to_rest_does_not_turn_back_for_a_new_path(way):
     """A child may be at its heels: a path that would end the stop with less jerk must wait until the base rests."""
