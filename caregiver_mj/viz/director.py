@@ -27,7 +27,8 @@ _LOOK_HEIGHT = 0.35  # metres: the middle of a close shot
 # Metres above the floor of what no wall may hide: three quarters of a child, and half of its width; and above where a
 # hazard stands.
 _LOW, _HALF, _RAISED = 0.20, 0.12, 0.05
-_PARTNER, _HAZARD = 4.0, 2.5  # metres from the child within which the robot, or a hazard, is in the close shot
+# Metres from the child within which the robot and its hazard, or another hazard, are in the close shot.
+_PARTNER, _HAZARD = 4.0, 2.5
 _CUT, _EASE = 2.5, 0.5  # metres that are cut and not panned; seconds after which two thirds of a pan are done
 _AT_HAND = 0.55  # metres between the fingers and a thing within which the hand works on it
 _STANDS = 0.08  # m/s, at most
@@ -152,19 +153,25 @@ def cast(state: HudState) -> np.ndarray:
     hazards = [place_of(plan, number, state.candles) for number in range(len(plan.hazards)) if number not in state.gone]
     if target is None and hazards:
         target = min(hazards, key=lambda place: math.dist(place[:2], child))
-    if target is not None and math.dist(target[:2], child) < _HAZARD:
+    if target is not None and math.dist(target[:2], child) < (_HAZARD if state.target == NOTHING else _PARTNER):
         x, y, z = (*target, 0.0)[:3]  # on the floor where it has no height
         found.append((x, y, z + _RAISED))
     return np.array(found)
 
 
 def hand_works(state: HudState, pinch: np.ndarray, base: np.ndarray) -> bool:
-    """Whether the hand is at a thing that the caregiver deals with, and the base stands still.
+    """Whether the hand is at a thing that the caregiver deals with, where that stands, and the base stands still.
 
     The fingertips are at (3,), metres; the base has a velocity (3,), m/s and rad/s. Of a gate a hand sees only bars.
+    A thing in the hand of a robot that waits on its way tells nothing.
     """
     if state.target == NOTHING or math.hypot(*base[:2]) > _STANDS:
         return False
-    if state.plan.hazards[state.target].kind.where is Where.OPENING:
+    where = state.plan.hazards[state.target].kind.where
+    if where is Where.OPENING:
         return False
-    return math.dist(place_of(state.plan, state.target, state.candles)[:2], pinch[:2]) < _AT_HAND
+    thing = place_of(state.plan, state.target, state.candles)[:2]
+    tables = [math.dist(thing, state.plan.position(table)) for table in state.plan.tables]
+    if where is Where.ON_TABLE and min(tables) > state.plan.cell_size / 2:
+        return False
+    return math.dist(thing, pinch[:2]) < _AT_HAND
