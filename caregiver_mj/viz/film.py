@@ -42,6 +42,7 @@ _SOMEWHERE = Pose((0.0, 0.0, 0.0), 1.0, 1.0)  # from where a close shot moves
 # Insets beside a large view: few, because they hide some of it.
 _BESIDE = {_OVERVIEW: (), _FOLLOW: ("wrist",), "wrist": (AUTO,), "eye": (AUTO,)}
 _CAPTIONS = {AUTO: "close up", "wrist": "gripper"}
+_COLUMN = 0.23  # share of the width that a large close shot leaves to insets and plan
 _TAG_ABOVE = 0.35  # m; height of a hazard's name above it
 # Numbers of slices and stacks of round things, and side of the shadow map, pixels; greatest height of a picture of a
 # whole house with the coarse ones, pixels.
@@ -104,13 +105,14 @@ class Studio:
         self._main = self._page[: hud.strip_top(width, height)]  # without what the strip hides
         size = width, self._main.shape[0]
         where: str | Pose = camera
-        self._column, shape = 0, size
+        self._column = 0
         inset_size = hud.inset_size(width, height)
         if camera in (AUTO, _OVERVIEW) and self._is_wide:  # nearer than the model's own camera
             where, self._column = director.overview(episode.env.task.plan, *size)
-            inset_size = hud.column_inset_size(width, height, self._column, episode.env.task.plan, episode.foresees)
         elif camera == _FOLLOW:  # the model's own camera shows the child alone, and walls hide it
-            where = _SOMEWHERE
+            where, self._column = _SOMEWHERE, round(_COLUMN * width) if self._is_wide else 0
+        if self._column:
+            inset_size = hud.column_inset_size(width, height, self._column, episode.env.task.plan, episode.foresees)
         self._camera = (StillCamera if still else Camera)(physics, where, *size, shadows=True)
         self._tiles = TileLayer(physics, where, *size, still) if episode.foresees else None
         known = {AUTO, *physics.camera_names()}
@@ -120,10 +122,12 @@ class Studio:
             for name in _BESIDE.get(camera, (AUTO, "wrist"))
             if has_room and name in known
         }
-        self._close = [self._camera, *([self._tiles] if self._tiles else [])] if camera == _FOLLOW else []
-        if AUTO in self._insets:
-            self._close, shape = [self._insets[AUTO]], inset_size
-        self._follow = director.CloseShot(shape[0] / shape[1], picture.fps, director.screens(physics))
+        is_close = camera == _FOLLOW
+        shots = (self._camera, self._tiles) if is_close else (self._insets.get(AUTO),)
+        self._close = [shot for shot in shots if shot]
+        across, high = size if is_close else inset_size
+        column = _COLUMN if is_close and self._column else 0.0
+        self._follow = director.CloseShot(across / high, picture.fps, director.screens(physics), column)
         self._chooses = camera == AUTO and len(self._insets) > 1
 
     def frame(self) -> np.ndarray:

@@ -117,8 +117,8 @@ def _draw_inset(image: Image.Image, caption: str, picture: np.ndarray, scale: Sc
     canvas = ImageDraw.Draw(image)
     canvas.rectangle((0, 0, image.width - 1, image.height - 1), outline=GROUND, width=scale.px(2))
     # On a ground of its own, with room for what hangs below the line.
-    canvas.rectangle((0, image.height - size - 2 * pad, width_of(caption, size) + 2 * pad, image.height), GROUND)
-    write(image, (pad, image.height - pad - 1), caption, size, TEXT)
+    canvas.rectangle((0, image.height - size - pad - 1, width_of(caption, size) + pad, image.height), GROUND)
+    write(image, (pad // 2 + 1, image.height - pad), caption, size, TEXT)
 
 
 # -- The legend of the overlay on the floor ------------------------------------------------------------

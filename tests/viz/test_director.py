@@ -66,6 +66,9 @@ def test_a_close_shot_holds_the_child_the_robot_and_the_hazard():
     seen = pixels(pose, points, 240, 200)
     assert (seen > 0).all()
     assert (seen < (240, 200)).all()
+    aside = director.CloseShot(2.0, 10.0, NOTHING_THERE, 0.25).follow(moment((child,), robot=robot, target=0))
+    seen = pixels(aside, points, 400, 200)
+    assert ((seen > 0) & (seen < (300, 200))).all()
     # A robot in another part of the house is left out: the child is larger then.
     for _ in range(50):
         far = shot.follow(moment((child,), robot=gone, target=0))
