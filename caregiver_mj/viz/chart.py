@@ -109,7 +109,7 @@ class Chart:
         r = max(0.34 * self._ground.unit, _CHILD * FINE)
         canvas.ellipse((x - r, y - r, x + r, y + r), colour, outline=GROUND, width=FINE)
         if not child.seen:
-            r *= 0.65
+            r *= 0.5
             canvas.ellipse((x - r, y - r, x + r, y + r), GROUND)
 
     def _draw_trail(self, canvas: ImageDraw.ImageDraw, child: ChildState, colour: Colour) -> None:

@@ -306,9 +306,9 @@ def _draw_deeds(image: Image.Image, area: Area, state: HudState) -> None:
 
 
 def _write_kinds(image: Image.Image, area: Area, x: int, damages: Mapping[str, float]) -> None:
-    """Write the damage of each kind with any, right-aligned, as many as there is room for."""
+    """Write the damage of each kind with any, right-aligned, as many as there is room for; dots stand for others."""
     done = sorted((item for item in damages.items() if item[1]), key=lambda item: -item[1])
     each = [f"{kind.capitalize()} {value:g}" for kind, value in done]
-    texts = ["   ".join(each[:count]) for count in range(len(each), -1, -1)]
+    texts = ["   ".join(each), *("   ".join([*each[:count], "..."]) for count in range(len(each) - 1, 0, -1)), ""]
     text = next(text for text in texts if not text or width_of(text, area.small) <= area.right - x)
     write(image, (area.right, area.bottom), text, area.small, LABEL, align=1)
