@@ -105,6 +105,15 @@ class Camera:
         boxes[(depth == _NEAREST).any(axis=(1, 2))] = -np.inf, -np.inf, np.inf, np.inf
         return boxes
 
+    def pixel(self, point: Sequence[float]) -> tuple[float, float] | None:
+        """Return where a point (3,), m, is in the picture, from the left and top; None if it is outside."""
+        eye, axes = self._eye()
+        right, down, ahead = ((np.asarray(point) - eye) @ axes).tolist()
+        if ahead < _NEAREST:
+            return None
+        x, y = self.width / 2 + self._scale * right / ahead, self.height / 2 + self._scale * down / ahead
+        return (x, y) if 0 <= x < self.width and 0 <= y < self.height else None
+
     def _eye(self) -> tuple[np.ndarray, np.ndarray]:
         """Return its place (3,), m, and the axes of its picture as of `Pose.axes`, (3, 3)."""
         if self.pose:

@@ -21,6 +21,7 @@ from caregiver_mj.viz.moment import LEAST, ChildState, HudState, place_of, stren
 CARD_OPACITY = 232  # 0 to 255
 _LABELLED_CELL = 16  # pixels; least side of a cell with a name in it
 _TRAIL_WIDTH = 0.14  # cells
+_CHILD, _ROBOT = 4.5, 5.5  # pixels; least radii
 _LABELS = {Where.OPENING: 0.3, Where.ON_TABLE: 0.85, Where.FLOOR: 0.5}  # cells; names' baselines below the places
 Square = tuple[float, float, float, float]  # left, top, right, bottom, pixels of the fine drawing
 _TREADS = 4  # lines of a stairwell
@@ -105,10 +106,10 @@ class Chart:
     def _draw_child(self, canvas: ImageDraw.ImageDraw, child: ChildState, colour: Colour) -> None:
         """Draw a disc, or a ring for an unseen child."""
         x, y = self._ground.pixel(child.position)
-        r = 0.34 * self._ground.unit
+        r = max(0.34 * self._ground.unit, _CHILD * FINE)
         canvas.ellipse((x - r, y - r, x + r, y + r), colour, outline=GROUND, width=FINE)
         if not child.seen:
-            r *= 0.65
+            r *= 0.5
             canvas.ellipse((x - r, y - r, x + r, y + r), GROUND)
 
     def _draw_trail(self, canvas: ImageDraw.ImageDraw, child: ChildState, colour: Colour) -> None:
@@ -128,7 +129,7 @@ class Chart:
 
     def _draw_robot(self, canvas: ImageDraw.ImageDraw, pose: np.ndarray) -> None:
         x, y = self._ground.pixel(pose)
-        r = 0.42 * self._ground.cell * FINE
+        r = max(0.42 * self._ground.unit, _ROBOT * FINE)
         canvas.ellipse((x - r, y - r, x + r, y + r), colours.ROBOT, outline=GROUND, width=FINE)
         if len(pose) == 2:
             return
@@ -153,7 +154,8 @@ class Chart:
         small, right, name = self._small, chart.width - self._pad, state.plan.name
         room = right - self._pad
         family = f"{'children' if ':' in state.family else 'epsilon'} {state.family.replace(',', ', ')}"
-        family = fit((family, state.family), small, 2 * room // 3)
+        share = 2 * room // 3 if self._alone else max(room // 3, room - width_of(f"{name}  ", small))
+        family = fit((family, state.family), small, share)
         if self._alone:
             now = f"timestep {state.timestep}   damage {state.damage:g}"
             name = fit((f"{name}   {now}", now, name), small, round(0.7 * room))

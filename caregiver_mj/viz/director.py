@@ -27,7 +27,8 @@ _LOOK_HEIGHT = 0.35  # metres: the middle of a close shot
 # Metres above the floor of what no wall may hide: three quarters of a child, and half of its width; and above where a
 # hazard stands.
 _LOW, _HALF, _RAISED = 0.20, 0.12, 0.05
-_PARTNER, _HAZARD = 4.0, 2.5  # metres from the child within which the robot, or a hazard, is in the close shot
+# Metres from the child within which the robot and its hazard, or another hazard, are in the close shot.
+_PARTNER, _HAZARD = 4.0, 2.5
 _CUT, _EASE = 2.5, 0.5  # metres that are cut and not panned; seconds after which two thirds of a pan are done
 _AT_HAND = 0.55  # metres between the fingers and a thing within which the hand works on it
 _STANDS = 0.08  # m/s, at most
@@ -59,16 +60,18 @@ def _fit(corners: np.ndarray, aspect: float, column: float) -> Pose:
 class CloseShot:
     """Follows those whom the film is about: a child, the robot near it, and the hazard between them.
 
-    It looks down as steeply as it must for nothing of `screens`, boxes as of that function, to hide them.
+    It looks down as steeply as it must for nothing of `screens`, boxes as of that function, to hide them, and keeps
+    them left of a column with a share of the picture's width.
     """
 
-    def __init__(self, aspect: float, fps: float, screens: np.ndarray):
+    def __init__(self, aspect: float, fps: float, screens: np.ndarray, column: float = 0.0):
         self._aspect, self._share, self._screens = aspect, 1.0 - math.exp(-1.0 / (fps * _EASE)), screens
+        self._column = column
         self._now: np.ndarray | None = None  # x, y and distance, metres, and elevation, radians
 
     def follow(self, state: HudState) -> Pose:
         """Return where the camera is in the next frame."""
-        wanted = clear_pose(cast(state), self._aspect, self._screens)
+        wanted = clear_pose(cast(state), self._aspect, self._screens, self._column)
         aim = np.array([*wanted.place[:2], wanted.distance, wanted.elevation])
         if self._now is None or math.dist(self._now[:2], aim[:2]) > _CUT:
             self._now = aim
@@ -88,7 +91,7 @@ def screens(physics: Physics) -> np.ndarray:
     return np.stack([centre - half, centre + half], axis=1)
 
 
-def clear_pose(points: np.ndarray, aspect: float, screens: np.ndarray) -> Pose:
+def clear_pose(points: np.ndarray, aspect: float, screens: np.ndarray, column: float = 0.0) -> Pose:
     """Return the least steep close pose from which no screen (n, 2, 3) hides a point; else one that hides fewest.
 
     The points are in metres, (n, 3), those of `cast`.
@@ -99,7 +102,7 @@ def clear_pose(points: np.ndarray, aspect: float, screens: np.ndarray) -> Pose:
     screens = screens[near & (screens[:, 0, :2] < points[:, :2].max(axis=0)).all(axis=1)]
     best, most = None, -1.0
     for elevation in range(_CLOSE_STEEP, _STEEPEST + 1):
-        pose = close_pose(points[:, :2], aspect, elevation=math.radians(elevation))
+        pose = close_pose(points[:, :2], aspect, elevation=math.radians(elevation), column=column)
         eye = np.array(pose.place) - pose.distance * pose.axes[:, 2]
         shown = worth @ ~hidden(points, eye, screens)
         if shown > most:
@@ -125,15 +128,17 @@ def close_pose(
     azimuth: float = math.pi / 2,
     around: float = _AROUND,
     elevation: float = math.radians(_CLOSE_STEEP),
+    column: float = 0.0,
 ) -> Pose:
     """Return where a camera is close to all those at some points on the floor (n, 2), and looks along an azimuth.
 
-    Each has a space of `around` metres to every side. The elevation is below the horizon; angles are in radians.
+    Each has a space of `around` metres to every side, left of a column with a share of the width. The elevation is
+    below the horizon; angles are in radians.
     """
     axes = Pose((0.0, 0.0, 0.0), 0.0, elevation, azimuth).axes
     box = np.array(np.meshgrid([-around, around], [-around, around], [0.0, _TOP])).reshape(3, -1).T
     corners = (np.pad(points, ((0, 0), (0, 1)))[:, None] + box).reshape(-1, 3)
-    eye = nearest_eye(corners, axes, (_TANGENT * aspect, _TANGENT * aspect), _TANGENT)
+    eye = nearest_eye(corners, axes, (_TANGENT * aspect, _TANGENT * aspect * (1 - 2 * column)), _TANGENT)
     distance = (_LOOK_HEIGHT - eye[2]) / axes[2, 2]
     x, y, z = (eye + distance * axes[:, 2]).tolist()
     return Pose((x, y, z), float(min(max(distance, _NEAREST), _FARTHEST)), elevation, azimuth)
@@ -152,19 +157,25 @@ def cast(state: HudState) -> np.ndarray:
     hazards = [place_of(plan, number, state.candles) for number in range(len(plan.hazards)) if number not in state.gone]
     if target is None and hazards:
         target = min(hazards, key=lambda place: math.dist(place[:2], child))
-    if target is not None and math.dist(target[:2], child) < _HAZARD:
+    if target is not None and math.dist(target[:2], child) < (_HAZARD if state.target == NOTHING else _PARTNER):
         x, y, z = (*target, 0.0)[:3]  # on the floor where it has no height
         found.append((x, y, z + _RAISED))
     return np.array(found)
 
 
 def hand_works(state: HudState, pinch: np.ndarray, base: np.ndarray) -> bool:
-    """Whether the hand is at a thing that the caregiver deals with, and the base stands still.
+    """Whether the hand is at a thing that the caregiver deals with, where that stands, and the base stands still.
 
     The fingertips are at (3,), metres; the base has a velocity (3,), m/s and rad/s. Of a gate a hand sees only bars.
+    A thing in the hand of a robot that waits on its way tells nothing.
     """
     if state.target == NOTHING or math.hypot(*base[:2]) > _STANDS:
         return False
-    if state.plan.hazards[state.target].kind.where is Where.OPENING:
+    where = state.plan.hazards[state.target].kind.where
+    if where is Where.OPENING:
         return False
-    return math.dist(place_of(state.plan, state.target, state.candles)[:2], pinch[:2]) < _AT_HAND
+    thing = place_of(state.plan, state.target, state.candles)[:2]
+    tables = [math.dist(thing, state.plan.position(table)) for table in state.plan.tables]
+    if where is Where.ON_TABLE and min(tables) > state.plan.cell_size / 2:
+        return False
+    return math.dist(thing, pinch[:2]) < _AT_HAND

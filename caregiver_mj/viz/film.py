@@ -22,12 +22,13 @@ from caregiver_mj.caregivers.registry import check_acts_alone
 from caregiver_mj.errors import CaregiverError, check_kind, check_number
 from caregiver_mj.experiments.runner import run
 from caregiver_mj.experiments.spec import EpisodeSpec
+from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.policy.own import OwnPolicy
 from caregiver_mj.viz import AUTO, OVERLAYS, director, hud, progress_bar
 from caregiver_mj.viz.cameras import Camera, Pose, StillCamera, TileLayer
 from caregiver_mj.viz.colours import GROUND
 from caregiver_mj.viz.episode import Episode
-from caregiver_mj.viz.moment import HudState
+from caregiver_mj.viz.moment import HudState, place_of
 
 _SMALLEST, _LARGEST = (320, 240), (3840, 2160)  # pixels
 LONGEST = 86_400  # s; greatest length of a film
@@ -36,6 +37,13 @@ _LOSSY = dict.fromkeys(FORMATS[1:], ("-crf", "8"))  # finer quality for films to
 _TRAIL_SECONDS = 20.0  # s; length of the children's trails
 _LEAST_INSET = 60  # pixels; least height of a legible inset
 _WIDE = 1.5  # least ratio of width to height with room for insets beside the house
+_OVERVIEW, _FOLLOW = "overview", "follow"
+_SOMEWHERE = Pose((0.0, 0.0, 0.0), 1.0, 1.0)  # from where a close shot moves
+# Insets beside a large view: few, because they hide some of it.
+_BESIDE = {_OVERVIEW: (), _FOLLOW: ("wrist",), "wrist": (AUTO,), "eye": (AUTO,)}
+_CAPTIONS = {AUTO: "close up", "wrist": "gripper"}
+_COLUMN = 0.23  # share of the width that a large close shot leaves to insets and plan
+_TAG_ABOVE = 0.35  # m; height of a hazard's name above it
 # Numbers of slices and stacks of round things, and side of the shadow map, pixels; greatest height of a picture of a
 # whole house with the coarse ones, pixels.
 _FINE, _COARSE, _COARSE_HEIGHT = (22, 8, 2048), (16, 6, 1024), 480
@@ -82,7 +90,7 @@ class Studio:
         physics = episode.env.physics
         self._is_wide = width > _WIDE * height
         if camera == AUTO and not self._is_wide:
-            camera = "overview"
+            camera = _OVERVIEW
         quality = physics.model.vis.quality
         quality.numquads = 1  # boxes lit by the sun alone look the same and render faster
         still = camera == AUTO or physics.model.ptr.camera(camera).bodyid == 0  # fixed to the world
@@ -98,41 +106,60 @@ class Studio:
         size = width, self._main.shape[0]
         where: str | Pose = camera
         self._column = 0
-        if camera == AUTO:
-            where, self._column = director.overview(episode.env.task.plan, *size)
-        self._camera = (StillCamera if still else Camera)(physics, where, *size, shadows=True)
-        self._tiles = TileLayer(physics, where, *size, still) if episode.foresees else None
         inset_size = hud.inset_size(width, height)
+        if camera in (AUTO, _OVERVIEW) and self._is_wide:  # nearer than the model's own camera
+            where, self._column = director.overview(episode.env.task.plan, *size)
+        elif camera == _FOLLOW:  # the model's own camera shows the child alone, and walls hide it
+            where, self._column = _SOMEWHERE, round(_COLUMN * width) if self._is_wide else 0
         if self._column:
             inset_size = hud.column_inset_size(width, height, self._column, episode.env.task.plan, episode.foresees)
-        self._follow = director.CloseShot(inset_size[0] / inset_size[1], picture.fps, director.screens(physics))
-        known = {AUTO, *physics.camera_names()} - {"" if camera == AUTO else camera}
-        beside = AUTO if camera == AUTO else "follow", "wrist"
+        self._camera = (StillCamera if still else Camera)(physics, where, *size, shadows=True)
+        self._tiles = TileLayer(physics, where, *size, still) if episode.foresees else None
+        known = {AUTO, *physics.camera_names()}
         has_room = self._is_wide and inset_size[1] >= _LEAST_INSET
-        places = {AUTO: Pose((0.0, 0.0, 0.0), 1.0, 1.0)}  # from where it moves
         self._insets = {
-            name: Camera(physics, places.get(name, name), *inset_size) for name in beside if has_room and name in known
+            name: Camera(physics, _SOMEWHERE if name == AUTO else name, *inset_size)
+            for name in _BESIDE.get(camera, (AUTO, "wrist"))
+            if has_room and name in known
         }
+        is_close = camera == _FOLLOW
+        shots = (self._camera, self._tiles) if is_close else (self._insets.get(AUTO),)
+        self._close = [shot for shot in shots if shot]
+        across, high = size if is_close else inset_size
+        column = _COLUMN if is_close and self._column else 0.0
+        self._follow = director.CloseShot(across / high, picture.fps, director.screens(physics), column)
+        self._chooses = camera == AUTO and len(self._insets) > 1
 
     def frame(self) -> np.ndarray:
         """Return the frame of the present moment, (height, width, 3)."""
+        state = self._episode.hud_state(self._trail_length)
+        pose = self._follow.follow(state) if self._close else None
+        for shot in self._close:
+            shot.pose = pose
         self._main[:] = self._camera.render()
         if self._tiles:
             self._tiles.lay(self._main, self._episode.tiles())
-        state = self._episode.hud_state(self._trail_length)
-        child = "toddler" if len(self._episode.spec.family) == 1 else "child 1"
-        captions = {AUTO: "close up", "follow": child, "wrist": "gripper"}
-        insets = [(captions[name], self._insets[name].render()) for name in self._shown(state)]
+        self._point_out(self._main, self._camera, state)
+        insets = []
+        for name in self._shown(state):
+            picture = self._insets[name].render()
+            self._point_out(picture, self._insets[name], state)
+            insets.append((_CAPTIONS[name], picture))
         return hud.draw(self._page, state, insets, beside=bool(self._column))
 
     def _shown(self, state: HudState) -> list[str]:
         """Return the insets to show; with the automatic camera the hand while it works, else the close-up."""
-        if AUTO not in self._insets:
+        if not self._chooses:
             return [*self._insets]
-        shot = self._insets[AUTO]
-        shot.pose = self._follow.follow(state)
         hand, base = self._episode.env.physics.pinch_position, self._episode.env.physics.base_velocity
-        return ["wrist" if "wrist" in self._insets and director.hand_works(state, hand(), base()) else AUTO]
+        return ["wrist" if director.hand_works(state, hand(), base()) else AUTO]
+
+    def _point_out(self, picture: np.ndarray, camera: Camera, state: HudState) -> None:
+        """Put its name above the hazard under intervention, in a picture from above low walls."""
+        if state.target != NOTHING and camera.pose:
+            x, y, z = (*place_of(state.plan, state.target, state.candles), 0.0)[:3]
+            label = state.plan.hazards[state.target].label
+            hud.draw_tag(picture, camera.pixel((x, y, z + _TAG_ABOVE)), label, len(self._page))
 
 
 def render_episode(

@@ -58,6 +58,26 @@ def draw(
     return drawn
 
 
+def draw_tag(picture: np.ndarray, tip: tuple[float, float] | None, label: str, height: int) -> None:
+    """Draw a name in a picture, with a tip that points to a pixel, if any; sized for a frame of a height."""
+    if tip is None:
+        return
+    scale = Scale.of(height)
+    size, pad = scale.font(13), scale.px(8)
+    width, tall = width_of(label, size) + pad, size + pad
+    x = min(max(round(tip[0]), width // 2), picture.shape[1] - width // 2 - 1)
+    top = max(round(tip[1]) - tall - pad, 0)
+
+    def paint(image: Image.Image) -> None:
+        canvas, middle, point = ImageDraw.Draw(image), image.width // 2, image.width // 2 + round(tip[0]) - x
+        for colour, rim in ((GROUND, 1), (TEXT, 0)):
+            canvas.polygon([(middle - pad, tall), (middle + pad, tall), (point, image.height - 2 + rim)], colour)
+            canvas.rectangle((1 - rim, 1 - rim, image.width - 2 + rim, tall - 1 + rim), colour)
+        write(image, (middle, tall - pad // 2 - 1), label, size, GROUND, align=0.5)
+
+    cards.put(picture, (x - width // 2, top, x + width // 2 + 1, min(top + tall + pad, len(picture))), paint)
+
+
 def draw_plan(state: HudState, width: int, height: int) -> np.ndarray:
     """Return a picture of the floor plan alone with its moving things, uint8 (height, width, 3)."""
     rows, columns = state.plan.shape
@@ -94,8 +114,11 @@ def column_inset_size(width: int, height: int, column: int, plan: FloorPlan, leg
 def _draw_inset(image: Image.Image, caption: str, picture: np.ndarray, scale: Scale) -> None:
     image.paste(Image.fromarray(picture))
     size, pad = scale.font(13), scale.px(8)
-    ImageDraw.Draw(image).rectangle((0, 0, image.width - 1, image.height - 1), outline=GROUND, width=scale.px(2))
-    write(image, (pad, image.height - pad), caption, size, TEXT, outline=GROUND)
+    canvas = ImageDraw.Draw(image)
+    canvas.rectangle((0, 0, image.width - 1, image.height - 1), outline=GROUND, width=scale.px(2))
+    # On a ground of its own, with room for what hangs below the line.
+    canvas.rectangle((0, image.height - size - pad - 1, width_of(caption, size) + pad, image.height), GROUND)
+    write(image, (pad // 2 + 1, image.height - pad), caption, size, TEXT)
 
 
 # -- The legend of the overlay on the floor ------------------------------------------------------------
@@ -283,9 +306,9 @@ def _draw_deeds(image: Image.Image, area: Area, state: HudState) -> None:
 
 
 def _write_kinds(image: Image.Image, area: Area, x: int, damages: Mapping[str, float]) -> None:
-    """Write the damage of each kind with any, right-aligned, as many as there is room for."""
+    """Write the damage of each kind with any, right-aligned, as many as there is room for; dots stand for others."""
     done = sorted((item for item in damages.items() if item[1]), key=lambda item: -item[1])
     each = [f"{kind.capitalize()} {value:g}" for kind, value in done]
-    texts = ["   ".join(each[:count]) for count in range(len(each), -1, -1)]
+    texts = ["   ".join(each), *("   ".join([*each[:count], "..."]) for count in range(len(each) - 1, 0, -1)), ""]
     text = next(text for text in texts if not text or width_of(text, area.small) <= area.right - x)
     write(image, (area.right, area.bottom), text, area.small, LABEL, align=1)

@@ -10,6 +10,7 @@ import pytest
 from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.house.rendering import engine
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import Where
 from caregiver_mj.viz import director
 from caregiver_mj.viz.cameras import FOVY, Camera, StillCamera
 from caregiver_mj.viz.episode import Episode
@@ -65,10 +66,30 @@ def test_a_close_shot_holds_the_child_the_robot_and_the_hazard():
     seen = pixels(pose, points, 240, 200)
     assert (seen > 0).all()
     assert (seen < (240, 200)).all()
+    aside = director.CloseShot(2.0, 10.0, NOTHING_THERE, 0.25).follow(moment((child,), robot=robot, target=0))
+    seen = pixels(aside, points, 400, 200)
+    assert ((seen > 0) & (seen < (300, 200))).all()
     # A robot in another part of the house is left out: the child is larger then.
     for _ in range(50):
         far = shot.follow(moment((child,), robot=gone, target=0))
     assert far.distance < pose.distance
+
+
+def test_a_close_shot_holds_the_hazard_that_the_robot_goes_to_before_the_child_is_there():
+    x, y = stairs = PLAN.position(PLAN.stairwells[0])  # hazard 0
+    state = moment(((x + 2.5, y - 2.2),), robot=np.array([x + 3.5, y - 2.2, 0.0]), target=0)  # 3.3 m away
+    seen = pixels(director.CloseShot(1.2, 10.0, NOTHING_THERE).follow(state), np.array([[*stairs, 0.0]]), 240, 200)
+    assert ((seen > 0) & (seen < (240, 200))).all()
+
+
+def test_the_hand_works_where_a_candle_stands_and_not_while_the_robot_waits_with_it():
+    candle = PLAN.hazards.number(Where.ON_TABLE, 0)
+    places = np.array([[*PLAN.position(PLAN.tables[t]), 0.5] for t in PLAN.candle_tables])
+    rest = np.zeros(3)
+    assert director.hand_works(moment(candles=places, target=candle), places[0], rest)
+    carried = places + np.array([1.0, 0.0, 0.2])
+    assert min(np.linalg.norm(PLAN.position(table) - carried[0, :2]) for table in PLAN.tables) > 0.6
+    assert not director.hand_works(moment(candles=carried, target=candle), carried[0], rest)
 
 
 def test_a_close_shot_pans_after_one_who_walks_and_cuts_to_one_who_is_elsewhere():
@@ -120,6 +141,15 @@ def test_what_a_camera_anywhere_leaves_out_is_not_missed(episode):
     physics.model.vis.global_.fovy = fovy
     assert (picture != drawn).any(axis=2).sum() < 20  # rounding at the edges of shapes
     assert picture.std() > 10
+
+
+def test_a_camera_knows_where_a_point_is_in_its_picture(episode):
+    pose = director.close_pose(np.array([[1.0, 0.5]]), 1.0)
+    camera = Camera(episode.env.physics, pose, 320, 240)
+    (expected,) = pixels(pose, np.array([[1.3, 0.2, 0.4]]), 320, 240)
+    np.testing.assert_allclose(camera.pixel((1.3, 0.2, 0.4)), expected)
+    assert camera.pixel((1.0, 20.0, 0.0)) is None
+    assert camera.pixel((1.0, -20.0, 0.0)) is None  # behind it
 
 
 def test_redrawn_part_equals_the_whole_picture_drawn_anew():

@@ -8,9 +8,11 @@ from PIL import Image
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.spec import EpisodeSpec
-from caregiver_mj.viz import hud
+from caregiver_mj.viz import director, hud
+from caregiver_mj.viz.cameras import Camera
 from caregiver_mj.viz.colours import GROUND
-from caregiver_mj.viz.film import Picture, render_episode
+from caregiver_mj.viz.episode import Episode
+from caregiver_mj.viz.film import Picture, Studio, render_episode
 
 SMALL = Picture(320, 240, 10.0)
 
@@ -55,6 +57,23 @@ def test_film_shows_house_and_display_and_the_still_is_its_middle(short_film):
     difference = np.abs(frames - still).mean(axis=(1, 2, 3))
     assert difference.argmin() == 7
     assert difference.min() < 5  # the film is compressed
+
+
+def test_large_views_from_above_are_near_the_house_and_near_those_whom_it_is_about():
+    """As with the automatic camera, which leaves a column for insets and plan."""
+    episode = Episode(EpisodeSpec("railroad", 0.5, "expected-danger"))
+    width, height, top = 480, 240, hud.strip_top(480, 240)
+
+    def large(camera):
+        return Studio(episode, Picture(width, height, camera=camera), 1).frame()[:top]
+
+    np.testing.assert_array_equal(large("overview")[:, : width // 2], large("auto")[:, : width // 2])
+    followed = large("follow")
+    physics, plain = episode.env.physics, episode.hud_state(1)
+    pose = director.CloseShot(width / top, 30.0, director.screens(physics), 0.23).follow(plain)
+    seen = Camera(physics, pose, width, top, shadows=True).render()
+    left = np.s_[:, : width // 2]
+    np.testing.assert_array_equal(followed[left], seen[left])
 
 
 @pytest.mark.parametrize("suffix", [".gif", ".webp"])
