@@ -37,6 +37,17 @@ def test_an_ideal_base_follows_its_path_and_stops_at_its_end():
     assert not robot.moving
 
 
+def test_feeding_the_lag_forward_adds_no_jerk():
+    """A command with more jerk than the path could not be followed, and would go beyond where the path ends."""
+    robot, told = motion_along((2.0, 0.0)), []
+    while not told or robot.moving:
+        robot.set_rate(1.0)
+        told.append(robot.action((*robot.base_reference()[0], 0.0))[0])
+        robot.now += 0.02
+    assert max(told) > 1.0
+    assert np.abs(np.diff(told, 2)).max() < 1.05 * ROBOT.limits.base.jerk * 0.02**2
+
+
 @pytest.mark.parametrize("rate", [0.0, 0.4, 1.0])
 def test_a_base_that_has_left_its_path_stops_as_soon_as_it_can_at_whatever_rate_it_is_asked_for(rate):
     robot = motion_along((3.0, 0.0))
