@@ -8,10 +8,12 @@ import functools
 import hashlib
 import importlib.metadata
 import importlib.util
+import io
 import os
 import pathlib
 import platform
 import sys
+import tokenize
 from collections.abc import Container, Iterable, Iterator, Mapping
 from typing import Any
 
@@ -132,7 +134,7 @@ def fingerprint() -> dict[str, str]:
 
     The digest tells a checkout from a release of the same version.
     """
-    return {**versions(), "source": _digest(_package_files())}
+    return {**versions(), "source": _digest({name: path.read_bytes() for name, path in _package_files().items()})}
 
 
 def difference(found: Mapping[str, str | None], wanted: Mapping[str, str]) -> str:
@@ -144,23 +146,43 @@ def difference(found: Mapping[str, str | None], wanted: Mapping[str, str]) -> st
 
 @functools.cache
 def source_digest(world: str = "house", modules: tuple[str, ...] = ()) -> str:
-    """Return a digest of the package's files that decide an episode.
+    """Return a digest of the code that decides an episode, the same whatever its comments and docstrings say.
 
-    They are `experiments.runner`, the caregivers, further `modules` by full name, all their imports at any level, and
-    in the house the models. Files of the robot and of the physical house do not affect the grid.
+    It is that of `experiments.runner`, the caregivers, further `modules` by full name, all their imports at any level,
+    and in the house the models. Files of the robot and of the physical house do not affect the grid.
     """
     found = {name: path for name, path in _package_files().items() if path.suffix in _MODELS and world != "grid"}
     if world != "grid":
         modules = (*modules, *(str(task.kind).partition(":")[0] for task in TASKS.values()))
     found |= _imported_by((*_EPISODES, *modules), _SHOW if world != "grid" else _SHOW | _NOT_IN_GRID)
-    return _digest(found)
+    return _digest({name: code(path) if path.suffix == ".py" else path.read_bytes() for name, path in found.items()})
 
 
-def _digest(files: Mapping[str, pathlib.Path]) -> str:
+def code(path: pathlib.Path) -> bytes:
+    """Return a module's source without comments, docstrings and blank lines."""
+    source = path.read_bytes()
+    try:
+        tree, tokens = ast.parse(source), list(tokenize.tokenize(io.BytesIO(source).readline))
+    except (SyntaxError, tokenize.TokenError):  # edited since it was imported
+        return source
+    lines = source.decode().splitlines()
+    for token in tokens:
+        if token.type == tokenize.COMMENT:
+            row, column = token.start
+            lines[row - 1] = lines[row - 1][:column]
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(node) is not None:
+            docstring = node.body[0]
+            for row in range(docstring.lineno - 1, docstring.end_lineno or 0):
+                lines[row] = ""
+    return "\n".join(filter(None, map(str.rstrip, lines))).encode()
+
+
+def _digest(contents: Mapping[str, bytes]) -> str:
     digest = hashlib.sha256()
-    for name, path in sorted(files.items()):
-        digest.update(f"{name}\0{path.stat().st_size}\0".encode())
-        digest.update(path.read_bytes())
+    for name, content in sorted(contents.items()):
+        digest.update(f"{name}\0{len(content)}\0".encode())
+        digest.update(content)
     return digest.hexdigest()[:12]
 
 

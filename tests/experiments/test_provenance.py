@@ -8,6 +8,8 @@ import sys
 
 import pytest
 
+from caregiver_mj.experiments.provenance import code
+
 ROOT = pathlib.Path(__file__).parents[2]
 RUN = ("--world", "grid", "--epsilon", "1", "--out", "run")
 CAREGIVERS = ("none", "nearest", "mine:Nothing")
@@ -20,6 +22,7 @@ class Nothing(TargetPolicy):
 """
 WORDS = "the source of caregiver_mj that decides rows has changed, from "
 LAST = '    _time("sim_seconds"'
+FUTURE = "from __future__ import annotations\n"
 NEW_COLUMN = f'    _count("sighs", "int", "", "sighs", "how often somebody sighed"),\n{LAST}'
 
 
@@ -52,14 +55,26 @@ def files(folder):
     return {path: path.read_bytes() for path in (folder / "run").rglob("*") if path.is_file()}
 
 
+def test_words_are_no_code(tmp_path):
+    bare, worded = tmp_path / "bare.py", tmp_path / "worded.py"
+    bare.write_text('class Robot:\n    name = "#1"\n    def speed(self):\n        return 2\n')
+    worded.write_text(
+        '"""A robot.\n\n# With a head.\n"""\n\nclass Robot:\n    """One."""\n    name = "#1"  # the first\n\n'
+        '    def speed(self):\n        """Return it, m/s."""\n        # as it says in the leaflet\n        return 2\n'
+    )
+    assert code(worded) == code(bare) == bare.read_bytes().rstrip()
+    worded.write_text(worded.read_text().replace("return 2", "return 3"))
+    assert code(worded) != code(bare)
+
+
 @pytest.mark.slow
 def test_a_run_is_not_gone_on_with_by_another_program(checkout):
     (checkout / "mine.py").write_text(MINE)
     assert run(checkout, "--caregiver", *CAREGIVERS, "--episodes", "2").returncode == 0
     before = files(checkout)
     for file, old, new in (
-        ("caregivers/baselines.py", '"""', '"""Edited. '),
-        ("caregivers/target_observation.py", '"""', '"""Edited. '),  # what `mine` is made of
+        ("caregivers/baselines.py", FUTURE, f"{FUTURE}EDITED = True\n"),
+        ("caregivers/target_observation.py", FUTURE, f"{FUTURE}EDITED = True\n"),  # what `mine` is made of
         ("recording/record.py", LAST, NEW_COLUMN),
     ):
         source = (checkout / "caregiver_mj" / file).read_text()
@@ -72,6 +87,7 @@ def test_a_run_is_not_gone_on_with_by_another_program(checkout):
         assert files(checkout) == before
         (checkout / "caregiver_mj" / file).write_text(source)
     for file in ("viz/colours.py", "cli/runs.py", "experiments/statistics.py", "robot/driver.py", "house/physics.py"):
-        edit(checkout, file, '"""', '"""Edited. ')  # none of which decides a row
+        edit(checkout, file, FUTURE, f"{FUTURE}EDITED = True\n")  # none of which decides a row
+    edit(checkout, "caregivers/baselines.py", '"""', '"""Edited. ')  # no more do words
     done = run(checkout, "--caregiver", *CAREGIVERS, "--episodes", "4", "--resume")
     assert done.returncode == 0, done.stderr
