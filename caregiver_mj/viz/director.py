@@ -34,12 +34,12 @@ _LOW, _HALF, _RAISED = 0.20, 0.12, 0.05
 _PARTNER, _HAZARD = 4.0, 2.5
 # Metres that are cut and not panned; seconds after which two thirds of a pan are done, and of a rise, before which
 # somebody would be hidden.
-_CUT, _EASE, _RISE = 2.5, 0.5, 0.1
+_CUT, _EASE, _RISE = 2.5, 0.5, 0.2
 _AT_HAND = 0.55  # metres between the fingers and a thing within which the hand works on it
 _STANDS = 0.08  # m/s, at most
 # Metres from a thing, and radians below the horizon and from the arm, of a shot of the hand.
 _FROM_HAND, _DOWN_ON_HAND, _ASIDE = 1.2, math.radians(35.0), math.radians(75.0)
-_LINGERS = 1.0  # seconds that it stays when the work is done, as robots are fast
+_LINGERS = 1.0  # seconds that it stays when the work is done, as robots are fast, with the hand in sight
 
 
 class Overview(NamedTuple):
@@ -97,7 +97,7 @@ class CloseShot:
         if self._now is None or math.dist(self._now[:2], aim[:2]) > _CUT:
             self._now = aim
         share = self._rise if aim[3] > self._now[3] else self._pan
-        self._now = self._now + np.array([self._pan, self._pan, share, share]) * (aim - self._now)
+        self._now = self._now + np.array([self._pan, self._pan, self._pan, share]) * (aim - self._now)
         x, y, distance, elevation = self._now.tolist()
         return Pose((x, y, _LOOK_HEIGHT), distance, elevation)
 
@@ -182,7 +182,8 @@ class HandShot:
         """Return where the camera is in the next frame, or None if the hand does not work, see `hand_works`."""
         pinch = np.empty(0) if state.robot is None else physics.pinch_position()
         if state.robot is None or not hand_works(state, pinch, physics.base_velocity()):
-            self._left -= 1
+            gone = state.robot is None or (len(self._now) and math.dist(pinch[:2], self._now[:2]) > _AT_HAND)
+            self._left = 0 if gone else self._left - 1
             return self._pose(self._now[:3], self._now[3]) if self._left > 0 else None
         if self._left <= 0:
             self._now = np.empty(0)

@@ -120,6 +120,9 @@ def test_the_hand_is_in_its_shot_from_one_side_and_some_time_longer_than_it_work
     later = [shot.follow(moment(candles=places, robot=robot), hand) is not None for _ in range(30)]
     assert later == sorted(later, reverse=True)
     assert 5 <= sum(later) <= 15  # a second
+    assert shot.follow(works, hand) is not None
+    hand.pinch_position.return_value = places[0] + (1.0, 0.0, 0.1)
+    assert shot.follow(moment(candles=places, robot=robot), hand) is None  # an empty table tells nothing
 
 
 def test_a_close_shot_rises_before_a_child_is_behind_a_wall():
