@@ -20,7 +20,7 @@ _STEEP = math.radians(60.0)  # below the horizon: lines of sight pass over low w
 _ALONG_STEEP = math.radians(70.0)  # of a long house, where children walk right behind walls
 _CLOSE_STEEP, _STEEPEST = 52, 85  # degrees, of a close shot: as a rule, and at most, where somebody would be hidden
 _MARGIN = 1.03  # size of a picture relative to that of the house
-_COLUMNS = 0.32, 0.29, 0.26, 0.23, 0.20  # shares of the width that may be left beside the house
+_COLUMNS = 0.52, 0.47, 0.42, 0.37, 0.32, 0.29, 0.26, 0.23, 0.20  # shares of the width that may be left beside the house
 _ROWS = 0.60, 0.55, 0.50, 0.45, 0.40  # shares of the height that may be left below a long one
 _WORTH = 1.08  # times as small a house for a wider column, or a higher row
 _TALL = 1.4  # metres, of what stands along the northern walls
@@ -173,7 +173,8 @@ def close_pose(
 class HandShot:
     """Shows from one side what the hand does, from where nothing of `screens` hides it, and as sunny as it can be."""
 
-    def __init__(self, fps: float, screens: np.ndarray):
+    def __init__(self, aspect: float, fps: float, screens: np.ndarray):
+        self._distance = _FROM_HAND / min(1.0, aspect)
         self._pan, self._screens, self._lingers = _share_in_frame(fps, _EASE), screens, round(fps * _LINGERS)
         self._left = 0  # frames
         self._now = np.empty(0)  # x, y, z, metres, and azimuth, radians
@@ -201,7 +202,7 @@ class HandShot:
 
     def _pose(self, place: np.ndarray, azimuth: float) -> Pose:
         x, y, z = place.tolist()
-        return Pose((x, y, z), _FROM_HAND, _DOWN_ON_HAND, float(azimuth))
+        return Pose((x, y, z), self._distance, _DOWN_ON_HAND, float(azimuth))
 
 
 def cast(state: HudState) -> np.ndarray:

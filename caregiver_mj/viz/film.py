@@ -39,9 +39,11 @@ _LEAST_INSET = 60  # pixels; least height of a legible inset
 _WIDE = 1.5  # least ratio of width to height with room for insets beside the house
 _OVERVIEW, _FOLLOW = "overview", "follow"
 _SOMEWHERE = Pose((0.0, 0.0, 0.0), 1.0, 1.0)  # from where a close shot moves
-# Insets beside a large view: few, because they hide some of it.
+# Insets beside a large view: few, because they hide some of it, unless there is a row below the house, or a column with
+# a share of the width that is larger than `_ASIDE`.
 _HAND = "hand"  # from one side: in the view of the camera at the wrist, a thing in the hand hides all else
 _BESIDE = {_OVERVIEW: (), _FOLLOW: (_HAND,), "wrist": (AUTO,), "eye": (AUTO,)}
+_ASIDE = 1 / 3
 _CAPTIONS = {AUTO: "close up", _HAND: "hand"}
 _COLUMN = 0.23  # share of the width that a large close shot leaves to insets and plan
 _TAG_ABOVE = 0.35  # m; height of a hazard's name above it
@@ -121,7 +123,7 @@ class Studio:
         self._camera = (StillCamera if still else Camera)(physics, where, *size, shadows=True)
         self._tiles = TileLayer(physics, where, *size, still) if episode.foresees else None
         has_room = self._is_wide and inset_size[1] >= _LEAST_INSET
-        names = _BESIDE.get(AUTO if row else camera, (AUTO, _HAND)) if has_room else ()  # a row hides nothing
+        names = _BESIDE.get(AUTO if row or column > _ASIDE * width else camera, (AUTO, _HAND)) if has_room else ()
         self._insets = {name: Camera(physics, _SOMEWHERE, *inset_size) for name in names}
         is_close = camera == _FOLLOW
         shots = (self._camera, self._tiles) if is_close else (self._insets.get(AUTO),)
@@ -130,7 +132,7 @@ class Studio:
         close_column = _COLUMN if is_close and column else 0.0
         screens = director.screens(physics)
         self._follow = director.CloseShot(across / high, picture.fps, screens, close_column)
-        self._hand = director.HandShot(picture.fps, screens)
+        self._hand = director.HandShot(inset_size[0] / inset_size[1], picture.fps, screens)
 
     def frame(self) -> np.ndarray:
         """Return the frame of the present moment, (height, width, 3)."""

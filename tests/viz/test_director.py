@@ -31,7 +31,7 @@ def pixels(pose, points, width, height):
     return np.stack([width / 2 + scale * offset[:, 0], height / 2 - scale * (offset @ up)], axis=1)
 
 
-@pytest.mark.parametrize("house", ["paper", "railroad", "house-3", "courtyard", "hall-3"])
+@pytest.mark.parametrize("house", ["paper", "railroad", "house-3", "courtyard", "terrace", "hall-3"])
 @pytest.mark.parametrize(("width", "height"), [(1280, 592), (640, 282)])
 def test_the_house_fills_the_picture_but_for_a_column_or_a_row(house, width, height):
     plan = FloorPlan.load(house)
@@ -47,7 +47,7 @@ def test_the_house_fills_the_picture_but_for_a_column_or_a_row(house, width, hei
     assert seen[:, 1].max() <= height
     spans = np.ptp(seen, axis=0) / (width - column, height)
     assert spans.max() > 0.85  # there is little lawn, along one side at least
-    assert spans.min() > 0.55
+    assert spans.min() > (0.45 if house == "terrace" else 0.55)
 
 
 def moment(children=((0.0, 0.0),), **fields):
@@ -105,7 +105,7 @@ def test_the_hand_is_in_its_shot_from_one_side_and_some_time_longer_than_it_work
     hand = mock.Mock(
         **{"pinch_position.return_value": places[0] + (0.0, 0.0, 0.1), "base_velocity.return_value": np.zeros(3)}
     )
-    shot = director.HandShot(10.0, NOTHING_THERE)
+    shot = director.HandShot(1.2, 10.0, NOTHING_THERE)
     assert shot.follow(moment(candles=places, robot=robot), hand) is None
     pose = shot.follow(works, hand)
     ahead = np.array([np.cos(pose.azimuth), np.sin(pose.azimuth)])
@@ -115,7 +115,7 @@ def test_the_hand_is_in_its_shot_from_one_side_and_some_time_longer_than_it_work
     board = np.array([table - 0.3 * ahead - 0.05, table - 0.3 * ahead + 0.05])
     boards = np.pad(board, ((0, 0), (0, 1)), constant_values=((0, 0), (0, 2.0)))[None]
     boards[0, 0, 2] = 0.0
-    other = director.HandShot(10.0, boards).follow(works, hand)
+    other = director.HandShot(1.2, 10.0, boards).follow(works, hand)
     assert np.cos(other.azimuth) * ahead[0] < 0
     later = [shot.follow(moment(candles=places, robot=robot), hand) is not None for _ in range(30)]
     assert later == sorted(later, reverse=True)
