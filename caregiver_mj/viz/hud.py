@@ -47,7 +47,8 @@ def draw(
     top, edge = margin, width - margin
     if free:
         left, right = width - right, width - left
-        down = sum(picture.shape[0] + margin for _, picture in insets)
+        down = free[3] - margin - below  # at its lower end: it stays where it is when an inset comes
+        down -= _legend_height(scale) + scale.px(8) if state.forecast else 0
         if _is_row(free):
             down, top, edge = free[1], free[1] + margin, left - margin
         above, below = above + down, below + down

@@ -44,6 +44,9 @@ def test_inset_plan_and_legend_share_a_free_part_of_the_frame(width, height, for
     assert above >= free[1]
     red = (drawn == (255, 0, 0)).all(axis=2).sum()
     assert red > 0.85 * across * down  # but for its rim and its caption; nothing covers it
+    alone = hud.draw(white, moment, free=free)  # the rest stays where it is
+    others = changed(alone, white)
+    np.testing.assert_array_equal(alone[others], drawn[others])
     assert across * down > 0.1 * (free[2] - free[0]) * (free[3] - free[1])
 
 
