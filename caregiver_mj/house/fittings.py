@@ -40,7 +40,9 @@ _OVERVIEW_MARGIN = 1.04  # size of the picture relative to that of the house
 _FOLLOW_OFFSET = (0.0, -1.75, 2.3)  # metres from the first child; the line of sight passes over walls
 _FOLLOW_FOVY = 50.0  # degrees
 _NEAREST = 0.02  # metres; nothing nearer to a camera is drawn, and the gripper's camera is very near
-_FARTHEST = 8000.0  # metres; MuJoCo guards against speckled shadows by a tiny fraction of this, so it must not be small
+# Metres. MuJoCo guards against speckled shadows by a tiny fraction of this, which must not be small: so much for what
+# stands out from a wall by a centimetre, such as door frames.
+_FARTHEST = 32000.0
 
 
 def add_walls(spec: mujoco.MjSpec, layout: Layout) -> None:

@@ -41,6 +41,11 @@ class Pose(NamedTuple):
         (sine, cosine), (y, x) = ((math.sin(a), math.cos(a)) for a in (self.elevation, self.azimuth))
         return np.array([(y, -sine * x, cosine * x), (-x, -sine * y, cosine * y), (0.0, -cosine, -sine)])
 
+    @property
+    def eye(self) -> np.ndarray:
+        """Where the camera is, (3,), m."""
+        return self.place - self.distance * self.axes[:, 2]
+
 
 class Camera:
     """A camera that culls geoms out of view from its scene; OpenGL culls slowly, triangle by triangle.
@@ -117,7 +122,7 @@ class Camera:
     def _eye(self) -> tuple[np.ndarray, np.ndarray]:
         """Return its place (3,), m, and the axes of its picture as of `Pose.axes`, (3, 3)."""
         if self.pose:
-            return self.pose.place - self.pose.distance * self.pose.axes[:, 2], self.pose.axes
+            return self.pose.eye, self.pose.axes
         return self._data.cam_xpos[self._id], self._data.cam_xmat[self._id].reshape(3, 3) * (1, -1, -1)
 
 

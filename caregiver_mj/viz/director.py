@@ -1,8 +1,9 @@
-"""Where the cameras of a film are: one that the house fills, one close to those whom the film is about."""
+"""Where the cameras of a film are: one that the house fills, one close to those whom it is about, one at the hand."""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,10 +17,12 @@ from caregiver_mj.viz.moment import HudState, place_of
 
 _TANGENT = math.tan(math.radians(FOVY) / 2)
 _STEEP = math.radians(60.0)  # below the horizon: lines of sight pass over low walls
+_ALONG_STEEP = math.radians(70.0)  # of a long house, where children walk right behind walls
 _CLOSE_STEEP, _STEEPEST = 52, 85  # degrees, of a close shot: as a rule, and at most, where somebody would be hidden
 _MARGIN = 1.03  # size of a picture relative to that of the house
-_COLUMNS = 0.32, 0.29, 0.26, 0.23, 0.20  # shares of the width that may be left beside the house
-_WORTH = 1.08  # times as far off for a wider column
+_COLUMNS = 0.52, 0.47, 0.42, 0.37, 0.32, 0.29, 0.26, 0.23, 0.20  # shares of the width that may be left beside the house
+_ROWS = 0.60, 0.55, 0.50, 0.45, 0.40  # shares of the height that may be left below a long one
+_WORTH = 1.08  # times as small a house for a wider column, or a higher row
 _TALL = 1.4  # metres, of what stands along the northern walls
 _AROUND, _TOP = 0.45, 1.2  # metres: half of the space of each of those in a close shot, and its height, the robot's
 _NEAREST, _FARTHEST = 3.4, 9.0  # metres off, of a close shot
@@ -29,32 +32,49 @@ _LOOK_HEIGHT = 0.35  # metres: the middle of a close shot
 _LOW, _HALF, _RAISED = 0.20, 0.12, 0.05
 # Metres from the child within which the robot and its hazard, or another hazard, are in the close shot.
 _PARTNER, _HAZARD = 4.0, 2.5
-_CUT, _EASE = 2.5, 0.5  # metres that are cut and not panned; seconds after which two thirds of a pan are done
+# Metres that are cut and not panned; seconds after which two thirds of a pan are done, and of a rise, before which
+# somebody would be hidden.
+_CUT, _EASE, _RISE = 2.5, 0.5, 0.2
 _AT_HAND = 0.55  # metres between the fingers and a thing within which the hand works on it
 _STANDS = 0.08  # m/s, at most
+# Metres from a thing, and radians below the horizon and from the arm, of a shot of the hand.
+_FROM_HAND, _DOWN_ON_HAND, _ASIDE = 1.2, math.radians(35.0), math.radians(75.0)
+_LINGERS = 1.0  # seconds that it stays when the work is done, as robots are fast, with the hand in sight
 
 
-def overview(plan: FloorPlan, width: int, height: int) -> tuple[Pose, int]:
-    """Return from where the house is as large as it can be in a picture, and the width of a column right of it, pixels.
+class Overview(NamedTuple):
+    """Where a house is as large as it can be in a picture, with room beside or below it, pixels."""
 
-    The size of the picture is in pixels.
-    """
+    pose: Pose  # for the picture without the row
+    column: int  # on its right, as high as the picture
+    row: int  # below it; one of both is 0
+
+
+def overview(plan: FloorPlan, width: int, height: int) -> Overview:
+    """Return the overview of a house in a picture of a size in pixels; a long house has the room below it."""
     half_y, half_x = np.array(plan.shape) * plan.cell_size / 2
     corners = np.array(np.meshgrid([-half_x, half_x], [-half_y, half_y], [0, WALL_HEIGHT])).reshape(3, -1).T
     corners = np.append(corners, [(-half_x, half_y, _TALL), (half_x, half_y, _TALL)], axis=0)
-    found = [(_fit(corners, width / height, share), share) for share in _COLUMNS]
-    nearest = min(pose.distance for pose, _ in found)
-    pose, share = next((pose, share) for pose, share in found if pose.distance <= _WORTH * nearest)
-    return pose, round(share * width)
+    beside = [Overview(_fit(corners, width / height, share), round(share * width), 0) for share in _COLUMNS]
+    rows = [round(share * height) for share in _ROWS]
+    below = [Overview(_fit(corners, width / (height - row), 0.0, _ALONG_STEEP), 0, row) for row in rows]
+
+    def size(view: Overview) -> float:
+        """Return the size of the house, but for a factor."""
+        return (height - view.row) / view.pose.distance
+
+    views = max(beside, below, key=lambda views: max(map(size, views)))
+    largest = max(map(size, views))
+    return next(view for view in views if size(view) * _WORTH >= largest)
 
 
-def _fit(corners: np.ndarray, aspect: float, column: float) -> Pose:
+def _fit(corners: np.ndarray, aspect: float, column: float, steep: float = _STEEP) -> Pose:
     """Return the nearest pose that has all corners (n, 3) in a picture, left of a column with a share of its width."""
-    axes, high = Pose((0.0, 0.0, 0.0), 0.0, _STEEP).axes, _TANGENT / _MARGIN
+    axes, high = Pose((0.0, 0.0, 0.0), 0.0, steep).axes, _TANGENT / _MARGIN
     eye = nearest_eye(corners, axes, (high * aspect, high * aspect * (1 - 2 * column)), high)
     far = -eye[2] / axes[2, 2]  # to the floor
     x, y, z = (eye + far * axes[:, 2]).tolist()
-    return Pose((x, y, z), far, _STEEP)
+    return Pose((x, y, z), far, steep)
 
 
 class CloseShot:
@@ -65,7 +85,8 @@ class CloseShot:
     """
 
     def __init__(self, aspect: float, fps: float, screens: np.ndarray, column: float = 0.0):
-        self._aspect, self._share, self._screens = aspect, 1.0 - math.exp(-1.0 / (fps * _EASE)), screens
+        self._aspect, self._screens = aspect, screens
+        self._pan, self._rise = _share_in_frame(fps, _EASE), _share_in_frame(fps, _RISE)
         self._column = column
         self._now: np.ndarray | None = None  # x, y and distance, metres, and elevation, radians
 
@@ -75,9 +96,15 @@ class CloseShot:
         aim = np.array([*wanted.place[:2], wanted.distance, wanted.elevation])
         if self._now is None or math.dist(self._now[:2], aim[:2]) > _CUT:
             self._now = aim
-        self._now = self._now + self._share * (aim - self._now)
+        share = self._rise if aim[3] > self._now[3] else self._pan
+        self._now = self._now + np.array([self._pan, self._pan, self._pan, share]) * (aim - self._now)
         x, y, distance, elevation = self._now.tolist()
         return Pose((x, y, _LOOK_HEIGHT), distance, elevation)
+
+
+def _share_in_frame(fps: float, seconds: float) -> float:
+    """Return the share of the way to its aim that a camera moves in a frame, with a time constant."""
+    return 1.0 - math.exp(-1.0 / (fps * seconds))
 
 
 def screens(physics: Physics) -> np.ndarray:
@@ -103,8 +130,7 @@ def clear_pose(points: np.ndarray, aspect: float, screens: np.ndarray, column: f
     best, most = None, -1.0
     for elevation in range(_CLOSE_STEEP, _STEEPEST + 1):
         pose = close_pose(points[:, :2], aspect, elevation=math.radians(elevation), column=column)
-        eye = np.array(pose.place) - pose.distance * pose.axes[:, 2]
-        shown = worth @ ~hidden(points, eye, screens)
+        shown = worth @ ~hidden(points, pose.eye, screens)
         if shown > most:
             best, most = pose, shown
         if shown == worth.sum():
@@ -142,6 +168,41 @@ def close_pose(
     distance = (_LOOK_HEIGHT - eye[2]) / axes[2, 2]
     x, y, z = (eye + distance * axes[:, 2]).tolist()
     return Pose((x, y, z), float(min(max(distance, _NEAREST), _FARTHEST)), elevation, azimuth)
+
+
+class HandShot:
+    """Shows from one side what the hand does, from where nothing of `screens` hides it, and as sunny as it can be."""
+
+    def __init__(self, aspect: float, fps: float, screens: np.ndarray):
+        self._distance = _FROM_HAND / min(1.0, aspect)
+        self._pan, self._screens, self._lingers = _share_in_frame(fps, _EASE), screens, round(fps * _LINGERS)
+        self._left = 0  # frames
+        self._now = np.empty(0)  # x, y, z, metres, and azimuth, radians
+
+    def follow(self, state: HudState, physics: Physics) -> Pose | None:
+        """Return where the camera is in the next frame, or None if the hand does not work, see `hand_works`."""
+        pinch = np.empty(0) if state.robot is None else physics.pinch_position()
+        if state.robot is None or not hand_works(state, pinch, physics.base_velocity()):
+            gone = state.robot is None or (len(self._now) and math.dist(pinch[:2], self._now[:2]) > _AT_HAND)
+            self._left = 0 if gone else self._left - 1
+            return self._pose(self._now[:3], self._now[3]) if self._left > 0 else None
+        if self._left <= 0:
+            self._now = np.empty(0)
+        self._left = self._lingers
+        thing = np.resize(place_of(state.plan, state.target, state.candles), 3)
+        aim = np.array([*thing[:2], pinch[2]])
+        if not len(self._now):
+            along = math.atan2(thing[1] - state.robot[1], thing[0] - state.robot[0])
+            poses = [self._pose(aim, along + side) for side in (_ASIDE, -_ASIDE)]
+            poses.sort(key=lambda pose: math.sin(pose.azimuth), reverse=True)  # the sun shines from the south
+            seen = [pose for pose in poses if not hidden(aim[None], pose.eye, self._screens)[0]]
+            self._now = np.array([*aim, (seen or poses)[0].azimuth])
+        self._now[:3] += self._pan * (aim - self._now[:3])
+        return self._pose(self._now[:3], self._now[3])
+
+    def _pose(self, place: np.ndarray, azimuth: float) -> Pose:
+        x, y, z = place.tolist()
+        return Pose((x, y, z), self._distance, _DOWN_ON_HAND, float(azimuth))
 
 
 def cast(state: HudState) -> np.ndarray:

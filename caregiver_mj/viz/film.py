@@ -39,9 +39,12 @@ _LEAST_INSET = 60  # pixels; least height of a legible inset
 _WIDE = 1.5  # least ratio of width to height with room for insets beside the house
 _OVERVIEW, _FOLLOW = "overview", "follow"
 _SOMEWHERE = Pose((0.0, 0.0, 0.0), 1.0, 1.0)  # from where a close shot moves
-# Insets beside a large view: few, because they hide some of it.
-_BESIDE = {_OVERVIEW: (), _FOLLOW: ("wrist",), "wrist": (AUTO,), "eye": (AUTO,)}
-_CAPTIONS = {AUTO: "close up", "wrist": "gripper"}
+# Insets beside a large view: few, because they hide some of it, unless there is a row below the house, or a column with
+# a share of the width that is larger than `_ASIDE`.
+_HAND = "hand"  # from one side: in the view of the camera at the wrist, a thing in the hand hides all else
+_BESIDE = {_OVERVIEW: (), _FOLLOW: (_HAND,), "wrist": (AUTO,), "eye": (AUTO,)}
+_ASIDE = 1 / 3
+_CAPTIONS = {AUTO: "close up", _HAND: "hand"}
 _COLUMN = 0.23  # share of the width that a large close shot leaves to insets and plan
 _TAG_ABOVE = 0.35  # m; height of a hazard's name above it
 # Numbers of slices and stacks of round things, and side of the shadow map, pixels; greatest height of a picture of a
@@ -105,30 +108,31 @@ class Studio:
         self._main = self._page[: hud.strip_top(width, height)]  # without what the strip hides
         size = width, self._main.shape[0]
         where: str | Pose = camera
-        self._column = 0
-        inset_size = hud.inset_size(width, height)
+        column = row = 0
         if camera in (AUTO, _OVERVIEW) and self._is_wide:  # nearer than the model's own camera
-            where, self._column = director.overview(episode.env.task.plan, *size)
+            where, column, row = director.overview(episode.env.task.plan, *size)
         elif camera == _FOLLOW:  # the model's own camera shows the child alone, and walls hide it
-            where, self._column = _SOMEWHERE, round(_COLUMN * width) if self._is_wide else 0
-        if self._column:
-            inset_size = hud.column_inset_size(width, height, self._column, episode.env.task.plan, episode.foresees)
+            where, column = _SOMEWHERE, round(_COLUMN * width) if self._is_wide else 0
+        self._main = self._main[: size[1] - row]
+        top = len(self._main) if row else 0
+        self._free = (width - column if column else 0, top, width, size[1]) if column or row else None
+        inset_size = hud.inset_size(width, height)
+        if self._free:
+            inset_size = hud.free_inset_size(width, height, self._free, episode.env.task.plan, episode.foresees)
+        size = width, len(self._main)
         self._camera = (StillCamera if still else Camera)(physics, where, *size, shadows=True)
         self._tiles = TileLayer(physics, where, *size, still) if episode.foresees else None
-        known = {AUTO, *physics.camera_names()}
         has_room = self._is_wide and inset_size[1] >= _LEAST_INSET
-        self._insets = {
-            name: Camera(physics, _SOMEWHERE if name == AUTO else name, *inset_size)
-            for name in _BESIDE.get(camera, (AUTO, "wrist"))
-            if has_room and name in known
-        }
+        names = _BESIDE.get(AUTO if row or column > _ASIDE * width else camera, (AUTO, _HAND)) if has_room else ()
+        self._insets = {name: Camera(physics, _SOMEWHERE, *inset_size) for name in names}
         is_close = camera == _FOLLOW
         shots = (self._camera, self._tiles) if is_close else (self._insets.get(AUTO),)
         self._close = [shot for shot in shots if shot]
         across, high = size if is_close else inset_size
-        column = _COLUMN if is_close and self._column else 0.0
-        self._follow = director.CloseShot(across / high, picture.fps, director.screens(physics), column)
-        self._chooses = camera == AUTO and len(self._insets) > 1
+        close_column = _COLUMN if is_close and column else 0.0
+        screens = director.screens(physics)
+        self._follow = director.CloseShot(across / high, picture.fps, screens, close_column)
+        self._hand = director.HandShot(inset_size[0] / inset_size[1], picture.fps, screens)
 
     def frame(self) -> np.ndarray:
         """Return the frame of the present moment, (height, width, 3)."""
@@ -145,14 +149,15 @@ class Studio:
             picture = self._insets[name].render()
             self._point_out(picture, self._insets[name], state)
             insets.append((_CAPTIONS[name], picture))
-        return hud.draw(self._page, state, insets, beside=bool(self._column))
+        return hud.draw(self._page, state, insets, self._free)
 
     def _shown(self, state: HudState) -> list[str]:
-        """Return the insets to show; with the automatic camera the hand while it works, else the close-up."""
-        if not self._chooses:
+        """Return the insets to show: the hand while it works, else the close-up."""
+        if _HAND not in self._insets:
             return [*self._insets]
-        hand, base = self._episode.env.physics.pinch_position, self._episode.env.physics.base_velocity
-        return ["wrist" if director.hand_works(state, hand(), base()) else AUTO]
+        pose = self._hand.follow(state, self._episode.env.physics)
+        self._insets[_HAND].pose = pose
+        return [name for name in self._insets if (name == _HAND) == (pose is not None)]
 
     def _point_out(self, picture: np.ndarray, camera: Camera, state: HudState) -> None:
         """Put its name above the hazard under intervention, in a picture from above low walls."""

@@ -32,27 +32,36 @@ _chart = functools.lru_cache(maxsize=8)(Chart)  # drawn once for a house and a s
 
 
 def draw(
-    frame: np.ndarray, state: HudState, insets: Sequence[tuple[str, np.ndarray]] = (), beside: bool = False
+    frame: np.ndarray, state: HudState, insets: Sequence[tuple[str, np.ndarray]] = (), free: Box | None = None
 ) -> np.ndarray:
     """Draw the display on a copy of a frame, uint8 (height, width, 3).
 
     Insets are smaller views with captions, along the right edge from the top; `inset_size` is their best size. The plan
-    is in the upper left corner, or on request below them.
+    is in the upper left corner. If a part of the frame is `free`, an inset and the plan are there, one below the other
+    or, in a wide one, side by side.
     """
     height, width = frame.shape[:2]
     drawn, scale, chart = frame.copy(), Scale.of(height), _chart(state.plan, width, height)
     margin = scale.px(12)
     left, above, right, below = chart.box
-    if beside:
-        down = sum(picture.shape[0] + margin for _, picture in insets)
-        left, above, right, below = width - right, above + down, width - left, below + down
+    top, edge = margin, width - margin
+    if free:
+        left, right = width - right, width - left
+        down = free[3] - margin - below  # at its lower end: it stays where it is when an inset comes
+        down -= _legend_height(scale) + scale.px(8) if state.forecast else 0
+        if _is_row(free):
+            down, top, edge = free[1], free[1] + margin, left - margin
+        above, below = above + down, below + down
     _draw_strip(drawn, state)
     cards.put(drawn, (left, above, right, below), lambda region: chart.draw(region, state))
     if state.forecast is not None:
-        _draw_legend(drawn, (left, above, right, below), state, state.forecast)
-    top, right = margin, width - margin
+        legend = left, below + scale.px(8)
+        if free and _is_row(free):
+            legend = left - margin - (right - left), above
+            edge = legend[0] - margin
+        _draw_legend(drawn, legend, right - left, state, state.forecast)
     for caption, picture in insets:
-        box = (right - picture.shape[1], top, right, top + picture.shape[0])
+        box = (edge - picture.shape[1], top, edge, top + picture.shape[0])
         cards.put(drawn, box, functools.partial(_draw_inset, caption=caption, picture=picture, scale=scale))
         top = box[3] + margin
     return drawn
@@ -100,15 +109,21 @@ def inset_size(width: int, height: int) -> tuple[int, int]:
     return inset_width, round(inset_width * 0.72)
 
 
-def column_inset_size(width: int, height: int, column: int, plan: FloorPlan, legend: bool) -> tuple[int, int]:
-    """Return those of an inset in a column beside the house, above the plan and, on request, its legend."""
+def free_inset_size(width: int, height: int, free: Box, plan: FloorPlan, legend: bool) -> tuple[int, int]:
+    """Return those of an inset in a free part of a frame, above or beside the plan and, on request, its legend."""
     scale = Scale.of(height)
-    margin = scale.px(12)
-    _, top, _, bottom = _chart(plan, width, height).box
-    room = strip_top(width, height) - 2 * margin - (bottom - top) - margin
-    room -= _legend_height(scale) + scale.px(8) if legend else 0
-    inset_height = max(margin, min(room, round(0.9 * (column - 2 * margin))))
-    return min(column - 2 * margin, round(1.7 * inset_height)), inset_height
+    margin, (left, top, right, bottom) = scale.px(12), _chart(plan, width, height).box
+    across, down = free[2] - free[0] - 2 * margin, strip_top(width, height) - free[1] - 2 * margin
+    if _is_row(free):
+        return across - (2 if legend else 1) * (right - left + margin), down
+    down -= bottom - top + margin + (_legend_height(scale) + scale.px(8) if legend else 0)
+    inset_height = max(margin, min(down, round(0.9 * across)))
+    return min(across, round(1.7 * inset_height)), inset_height
+
+
+def _is_row(free: Box) -> bool:
+    """Whether a part of a frame has room side by side."""
+    return free[2] - free[0] > free[3] - free[1]
 
 
 def _draw_inset(image: Image.Image, caption: str, picture: np.ndarray, scale: Scale) -> None:
@@ -124,26 +139,25 @@ def _draw_inset(image: Image.Image, caption: str, picture: np.ndarray, scale: Sc
 # -- The legend of the overlay on the floor ------------------------------------------------------------
 
 
-def _draw_legend(frame: np.ndarray, above: Box, state: HudState, forecast: Forecast) -> None:
-    """Draw the card below the chart, equally wide."""
+def _draw_legend(frame: np.ndarray, corner: tuple[int, int], width: int, state: HudState, forecast: Forecast) -> None:
+    """Draw the card at its upper left corner; it is as wide as the chart."""
     scale, one = Scale.of(len(frame)), len(state.children) == 1
     px, small, who = scale.px, scale.font(13), "child" if one else "children"
-    left, _, right, bottom = above
-    top, pad = bottom + px(8), px(10)
+    (left, top), pad = corner, px(10)
 
     def paint(image: Image.Image) -> None:
         ground, opacity = cards.card(image.size, px(10), CARD_OPACITY)
         card = ground.copy()
-        child = f"{who} here within {SOON} timesteps", f"{who} here in {SOON}"
+        child = f"{who} here within {SOON} timesteps", f"{who}, {SOON} timesteps"
         _draw_key(card, scale, pad, child, colours.of_child(0) if one else TEXT)
-        hurt = f"hurt here within {HORIZON} timesteps", f"hurt here in {HORIZON}"
+        hurt = f"hurt here within {HORIZON} timesteps", f"hurt, {HORIZON} timesteps"
         _draw_key(card, scale, pad + _key_height(scale), hurt, colours.HARM)
         epsilons = ", ".join(f"{epsilon:.2f}" for epsilon in forecast.epsilon)
         wordings = f"it believes in epsilon {epsilons}", f"believed epsilon {epsilons}"
         write(card, (pad, card.height - pad), fit(wordings, small, card.width - 2 * pad), small, TEXT)
         image.paste(card, mask=opacity)
 
-    cards.put(frame, (left, top, right, top + _legend_height(scale)), paint)
+    cards.put(frame, (left, top, left + width, top + _legend_height(scale)), paint)
 
 
 def _key_height(scale: Scale) -> int:

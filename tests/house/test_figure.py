@@ -74,3 +74,12 @@ def test_a_copy_walks_on_as_the_original_does(again):
     copied.figures[0].step(walker.walk, Mood(), None, STEP)
     assert copied.figures[0].walked == walker.physics.figures[0].walked > 0.3
     assert (leg(copied) == leg(walker.physics)).all()
+
+
+def test_a_foot_that_stands_hardly_slips():
+    """By the middle of each sole, of which the lower one stands."""
+    parts = Walker().go(3.0, speed=0.45)
+    soles = np.stack([parts["sole_l"], parts["sole_r"]], axis=1)[50:]  # (steps, 2, 3), in its stride
+    speed = np.linalg.norm(np.diff(soles[..., :2], axis=0), axis=2) / STEP
+    stands = soles[1:, :, 2].argmin(axis=1)
+    assert np.median(speed[np.arange(len(speed)), stands]) < 0.15 * 0.45

@@ -2,6 +2,7 @@
 
 import dataclasses
 import itertools
+from unittest import mock
 
 import mujoco
 import numpy as np
@@ -30,11 +31,14 @@ def pixels(pose, points, width, height):
     return np.stack([width / 2 + scale * offset[:, 0], height / 2 - scale * (offset @ up)], axis=1)
 
 
-@pytest.mark.parametrize("house", ["paper", "railroad", "house-3", "courtyard"])
+@pytest.mark.parametrize("house", ["paper", "railroad", "house-3", "courtyard", "terrace", "hall-3"])
 @pytest.mark.parametrize(("width", "height"), [(1280, 592), (640, 282)])
-def test_the_house_fills_the_picture_but_for_a_column(house, width, height):
+def test_the_house_fills_the_picture_but_for_a_column_or_a_row(house, width, height):
     plan = FloorPlan.load(house)
-    pose, column = director.overview(plan, width, height)
+    pose, column, row = director.overview(plan, width, height)
+    assert (row > 0) == (house in ("railroad", "hall-3"))
+    assert (column > 0) == (row == 0)
+    height -= row
     half_y, half_x = np.array(plan.shape) * plan.cell_size / 2
     corners = np.array([*itertools.product((-half_x, half_x), (-half_y, half_y), (0.0, 0.9))])
     seen = pixels(pose, corners, width, height)
@@ -43,6 +47,7 @@ def test_the_house_fills_the_picture_but_for_a_column(house, width, height):
     assert seen[:, 1].max() <= height
     spans = np.ptp(seen, axis=0) / (width - column, height)
     assert spans.max() > 0.85  # there is little lawn, along one side at least
+    assert spans.min() > (0.45 if house == "terrace" else 0.55)
 
 
 def moment(children=((0.0, 0.0),), **fields):
@@ -90,6 +95,45 @@ def test_the_hand_works_where_a_candle_stands_and_not_while_the_robot_waits_with
     carried = places + np.array([1.0, 0.0, 0.2])
     assert min(np.linalg.norm(PLAN.position(table) - carried[0, :2]) for table in PLAN.tables) > 0.6
     assert not director.hand_works(moment(candles=carried, target=candle), carried[0], rest)
+
+
+def test_the_hand_is_in_its_shot_from_one_side_and_some_time_longer_than_it_works():
+    candle, table = PLAN.hazards.number(Where.ON_TABLE, 0), PLAN.position(PLAN.tables[PLAN.candle_tables[0]])
+    places = np.array([[*PLAN.position(PLAN.tables[t]), 0.5] for t in PLAN.candle_tables])
+    robot = np.array([table[0], table[1] - 0.7, 0.0])  # it reaches to the north
+    works = moment(candles=places, target=candle, robot=robot)
+    hand = mock.Mock(
+        **{"pinch_position.return_value": places[0] + (0.0, 0.0, 0.1), "base_velocity.return_value": np.zeros(3)}
+    )
+    shot = director.HandShot(1.2, 10.0, NOTHING_THERE)
+    assert shot.follow(moment(candles=places, robot=robot), hand) is None
+    pose = shot.follow(works, hand)
+    ahead = np.array([np.cos(pose.azimuth), np.sin(pose.azimuth)])
+    assert abs(ahead[1]) < 0.3  # neither from behind the robot nor against it
+    np.testing.assert_allclose(pose.place, places[0] + (0.0, 0.0, 0.1))
+    # A board between hand and camera sends the camera to the other side.
+    board = np.array([table - 0.3 * ahead - 0.05, table - 0.3 * ahead + 0.05])
+    boards = np.pad(board, ((0, 0), (0, 1)), constant_values=((0, 0), (0, 2.0)))[None]
+    boards[0, 0, 2] = 0.0
+    other = director.HandShot(1.2, 10.0, boards).follow(works, hand)
+    assert np.cos(other.azimuth) * ahead[0] < 0
+    later = [shot.follow(moment(candles=places, robot=robot), hand) is not None for _ in range(30)]
+    assert later == sorted(later, reverse=True)
+    assert 5 <= sum(later) <= 15  # a second
+    assert shot.follow(works, hand) is not None
+    hand.pinch_position.return_value = places[0] + (1.0, 0.0, 0.1)
+    assert shot.follow(moment(candles=places, robot=robot), hand) is None  # an empty table tells nothing
+
+
+def test_a_close_shot_rises_before_a_child_is_behind_a_wall():
+    """As one walks up to a wall south of it at 0.45 m/s, thirty frames a second: its middle is never hidden."""
+    wall = np.array([[[-9.0, -1.2, 0.0], [9.0, -1.0, 0.9]]])
+    shot = director.CloseShot(1.2, 30.0, wall)
+    far = [np.array([30.0, 30.0, 0.7])] * len(PLAN.candle_tables)
+    for y in np.arange(0.5, -0.85, -0.45 / 30):
+        state = moment(((0.0, y),), candles=np.array(far))
+        pose = shot.follow(state)
+        assert not director.hidden(np.array([[0.0, y, 0.45]]), pose.eye, wall).any()
 
 
 def test_a_close_shot_pans_after_one_who_walks_and_cuts_to_one_who_is_elsewhere():
