@@ -161,6 +161,12 @@ class RobotLimits:
         acceleration, jerk = _COMMANDED_SHARE * self.base_acceleration, _COMMANDED_JERK_SHARE * self.base_jerk
         return Limits(_TOP_SHARE * self.base_speed, acceleration, jerk)
 
+    @functools.cached_property
+    def turn_as_commanded(self) -> Limits:
+        """Limits of the commands of the base's turns, in radians: the highest less what drives and arm add."""
+        velocity, acceleration, jerk = dataclasses.astuple(self.turn)
+        return Limits(_TOP_SHARE * velocity, _TOP_SHARE * acceleration, _COMMANDED_JERK_SHARE * jerk)
+
     def braking(self, velocity: tuple[float, float], acceleration: tuple[float, float]) -> tuple[float, float]:
         """Return how a base can brake on a path.
 

@@ -107,6 +107,7 @@ class RobotMotion(BaseMotion):
         self._is_free = True  # whether the command is what the references want
         self.limits = limits
         self._velocity = FollowedVelocity(limits.as_commanded, self._timestep)
+        self._turn_rate = FollowedVelocity(limits.turn_as_commanded, self._timestep)
         self._hold((float(base[0]), float(base[1])))
         self._turning, self._turn_bound = limits.yaw, math.inf  # rad/s: lower while children are near
         self._yaw = ScalarMotion(limits.yaw, float(base[2]), brakes=True)
@@ -371,4 +372,6 @@ class RobotMotion(BaseMotion):
         released = min(released, _TURN_SHARE * self.catch_up / self.robot.footprint)
         self._turn_feedback = most = _GENTLE_TURN if self.giving_way.yields else released
         back_yaw = min(most, max(-most, self._yaw_gain * (yaw - base[2])))
-        return vx, vy, yaw_rate + servos.yaw_lag * yaw_acceleration + back_yaw
+        # Looked up beyond the next timestep, at which its bound may change, the reference alone may jolt the base.
+        turn, _ = self._turn_rate.follow((yaw_rate + servos.yaw_lag * yaw_acceleration + back_yaw, 0.0))
+        return vx, vy, turn
