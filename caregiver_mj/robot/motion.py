@@ -148,9 +148,12 @@ class RobotMotion(BaseMotion):
         if rate == present:  # most of the time
             return
         # The solver is asked for worthwhile changes only. What slows down goes on doing so until there is room again.
-        turns = abs(self.turning[0])
+        speed, acceleration = self.turning
+        turns = abs(speed)
         most = max(present, turns)
-        if rate < 0.9 * present or (rate > most and (rate == full or rate > 1.3 * most)):
+        # Nor does it speed up again before it has ceased to: beside a child its bound came and went at every timestep.
+        may_speed_up = rate > most and (turns <= present or speed * acceleration <= 0.0)
+        if rate < 0.9 * present or (may_speed_up and (rate == full or rate > 1.3 * most)):
             within = turns if turns <= rate else _LEAST_TURN  # to slow down a little the solver nearly stops first
             self._turn_bound = math.inf if rate == full else max(0.9 * rate, within)
             self._turn_within(self._turning)
