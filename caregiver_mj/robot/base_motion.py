@@ -36,7 +36,8 @@ class BaseMotion:
         led_off: How often the base has given its path up: it had been led off it, or could not stop in time on it.
         is_watched: Whether it has been said how fast the base may drive, and turn, at this control timestep.
         limits: Those of the robot that are in force: with something in its hand they are lower.
-        stops: Whether it has, and has had no other one since: it comes to rest as soon as it can.
+        stops: Whether it has given its path up and has no new one yet. It then comes to rest as soon as it can,
+            whatever rate it is asked for.
     """
 
     now = 0.0

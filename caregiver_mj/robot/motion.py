@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from caregiver_mj.errors import CaregiverError
 from caregiver_mj.robot.base_motion import BaseMotion
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.feedback import FollowedVelocity, GivingWay
@@ -182,7 +183,16 @@ class RobotMotion(BaseMotion):
             s: So far.
             creeps: Whether it goes there more slowly than what counts as a strike.
             speed: At most, of s, per second; a faster one stops first.
+
+        Raises:
+            CaregiverError: There is a pose in between, at which the hand must stop first.
         """
+        first, last = self.reach_path.span(self.reached, s)
+        if last - first > 1:
+            raise CaregiverError(
+                f"reach must be a pose next to the hand, at {self.reached:.2f}, or short of it, got {s:g}: "
+                "stop at every pose on the way"
+            )
         self._lands_at, limits = None, self.reach_path.limits(self.reached, s)
         self._crept = min(self._crept, self.now) if creeps else math.inf
         if self._reach.rests_at(s) and speed == math.inf and not (creeps or self.may_be_off):
