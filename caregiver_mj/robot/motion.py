@@ -221,9 +221,9 @@ class RobotMotion(BaseMotion):
         self._reach.move_to(s, self.now)
 
     def stop_reaching(self) -> None:
-        """Stop the hand where it is, until the next `reach`."""
+        """Stop the hand where it is, until the next `reach`; one at rest has arrived when it came to that."""
         self._lands_at, self._crept = None, math.inf
-        if not self._reach.stops:
+        if self._reach.arrival > self.now and not self._reach.stops:
             self._reach.run_at(0.0, self.now)
 
     def grip(self, width: float) -> None:
