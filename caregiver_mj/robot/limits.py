@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+CREEP = 0.03  # m/s, of base and hand beside a child: with what they may go beyond that slower than a strike, 0.05 m/s
 _ACCELERATION_SHARE, _JERK_SHARE = 0.9, 0.72  # of the base's highest, see `RobotLimits.together`
 _TOP_SHARE = 0.99  # of the base's highest speed, for reference and feedback together
 _COMMANDED_SHARE, _COMMANDED_JERK_SHARE = 0.92, 0.88  # of the same, see `RobotLimits.as_commanded`

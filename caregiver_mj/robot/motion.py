@@ -12,12 +12,12 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.robot.base_motion import BaseMotion
+from caregiver_mj.robot.base_motion import NO_SPEED, BaseMotion
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.feedback import FollowedVelocity, GivingWay
 from caregiver_mj.robot.geometry import Vector
 from caregiver_mj.robot.kinematics import arm_of
-from caregiver_mj.robot.limits import Limits
+from caregiver_mj.robot.limits import CREEP, Limits
 from caregiver_mj.robot.reach import ReachPath, reach_path
 from caregiver_mj.robot.scalar_motion import ScalarMotion
 
@@ -33,7 +33,6 @@ _JOLTS = 4.0  # m/s^3 by which feedback may jolt a base that seems to jump, one 
 _HELD_UP = 0.15  # metres off its reference beyond which a base is held up by something
 _HELD_UP_SHARE = 0.5  # of the commanded speed: slower than that, something is in its way
 _LED_OFF = 0.05  # metres, the same of one whose command differs from its path: so near to that it has room
-_OTHER = 1e-3  # m/s by which that differs, at least
 
 # The actuators get to their targets in the course of a control timestep, and later by this share of it: commands
 # are made smooth over its four physics steps (`caregiver_mj.house.robot_body`), which costs one and a half.
@@ -43,7 +42,6 @@ _SMOOTHING = 3 / 8
 # slower, the less it jolts. By this over the root of two sigmas, m^0.5, it keeps its limits.
 _LANDS = 0.023
 _GRIPS = 0.5  # share of their speed with which the fingers then close: one may meet the candle before the other
-_CREEPS = 0.03  # m/s of a hand that comes back although a child is at it
 
 _ANY_HEIGHT = 7000  # tenths of mm: all reaches begin with the tucked arm, and `plan_reach` aims it
 
@@ -199,7 +197,7 @@ class RobotMotion(BaseMotion):
             self._reach.set_limits(limits)
             return
         if creeps:
-            speed = _CREEPS / self.reach_path.longest(arm_of(self.robot), 0.0, self.reach_path.goal)
+            speed = CREEP / self.reach_path.longest(arm_of(self.robot), 0.0, self.reach_path.goal)
         if abs(self._reach.at(self.now)[1]) > 1.1 * speed:
             self.stop_reaching()
             return
@@ -378,8 +376,8 @@ class RobotMotion(BaseMotion):
             vx, vy = vx * top / speed, vy * top / speed
         wanted = vx, vy
         left, at_once = restrain(wanted, self._velocity.commanded) if restrain else (wanted, False)
-        vx, vy = self._velocity.follow(left, at_once, goes_on=math.dist(left, wanted) < _OTHER)
-        self._is_free = math.dist((vx, vy), wanted) < _OTHER
+        vx, vy = self._velocity.follow(left, at_once, goes_on=math.dist(left, wanted) < NO_SPEED)
+        self._is_free = math.dist((vx, vy), wanted) < NO_SPEED
         # Pushed at its arm, the base has been turned as well.
         released = min(_CATCH_UP_TURN, self._turn_feedback + _RELEASE_TURN * self._timestep)
         released = min(released, _TURN_SHARE * self.catch_up / self.robot.footprint)

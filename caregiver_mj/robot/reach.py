@@ -14,7 +14,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.robot.geometry import hand_rotation
 from caregiver_mj.robot.kinematics import Arm
 from caregiver_mj.robot.limits import ArmLimits, Limits
-from caregiver_mj.robot.scalar_motion import NOTHING, ScalarMotion
+from caregiver_mj.robot.scalar_motion import NOTHING, ScalarMotion, highest
 
 _SLOWEST = 0.25  # per second, of the way from one pose to the next, that is worth to go
 _CHECKS = 25  # poses on the arm's way that are checked
@@ -157,12 +157,11 @@ def pick_up_path(arm: Arm, ahead: float, heading: float) -> ReachPath | None:
 
 def share_at(arm: Arm, path: ReachPath, height: float) -> float:
     """Return how far along a `pick_up_path` the fingertips are at a height above the floor, on the last of it."""
-    low, high = UP, float(path.goal)
-    for _ in range(_HALVINGS):
-        middle = (low + high) / 2
-        is_above = arm.pinch(path.joints(middle))[2] - arm.embodiment.fingertip > height
-        low, high = (middle, high) if is_above else (low, middle)
-    return low
+
+    def is_above(share: float) -> bool:
+        return bool(arm.pinch(path.joints(share))[2] - arm.embodiment.fingertip > height)
+
+    return highest(is_above, UP, float(path.goal), _HALVINGS)
 
 
 @functools.cache
