@@ -440,8 +440,8 @@ def _restrained(
         return velocity
     vx, vy = velocity
     offset = _offset(view.base, child)
-    dx, dy = way = outwards(robot, view.base[2], offset)
-    leaves = -_along(before, way)
+    dx, dy = outwards(robot, view.base[2], offset)
+    leaves = -_along(before, (dx, dy))
     if later := _LATER * min(1.0, max(0.0, leaves / _FAST - 1.0)):
         x = offset[0] + later * (child.velocity[0] - before[0])
         y = offset[1] + later * (child.velocity[1] - before[1])
