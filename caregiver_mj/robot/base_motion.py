@@ -22,7 +22,7 @@ _SLOW = 0.3  # m/s
 PLANNED_AHEAD = 0.1  # seconds on the path at which `planned` looks
 _AHEAD = tuple(0.025 * i for i in range(9))  # seconds on the path for which a change of rate must leave room
 _LEAST_SHARE = 0.05  # of the base's acceleration, a change of rate may always have
-_AT_REST = 1e-3  # m/s
+NO_SPEED = 1e-3  # m/s that are none: a slower base is at rest, and commands that differ by less are the same
 _SAME_WAY = math.cos(math.radians(25.0))  # of the angle between motion and new path, for the base to go on as it does
 
 
@@ -36,7 +36,8 @@ class BaseMotion:
         led_off: How often the base has given its path up: it had been led off it, or could not stop in time on it.
         is_watched: Whether it has been said how fast the base may drive, and turn, at this control timestep.
         limits: Those of the robot that are in force: with something in its hand they are lower.
-        stops: Whether it has, and has had no other one since: it comes to rest as soon as it can.
+        stops: Whether it has given its path up and has no new one yet. It then comes to rest as soon as it can,
+            whatever rate it is asked for.
     """
 
     now = 0.0
@@ -61,7 +62,7 @@ class BaseMotion:
             PathError: The base is too fast to turn into it, has no room to, or is about to come to rest; stop first.
         """
         _, velocity, acceleration = self.base_reference()
-        moves = math.hypot(*velocity) > _AT_REST
+        moves = math.hypot(*velocity) > NO_SPEED
         brakes = moves and self._playback.at(self.now)[2] < 0.0 and _leads_on(points, velocity)
         if brakes and self._path is not None:
             _, velocity, acceleration = self._path.at(self._playback.at(self.now)[0])
@@ -102,7 +103,7 @@ class BaseMotion:
         self.led_off += 1
         self._hold(position)
         self.stops = True
-        if math.hypot(*velocity) > _AT_REST:
+        if math.hypot(*velocity) > NO_SPEED:
             self._path = BasePath.to_rest(position, velocity, acceleration, self.limits.as_commanded)
             self._playback = ScalarMotion(Limits(1.0, 1.0, 1.0), 0.0)
             self._playback.run_at(1.0, self.now, at_once=True)
@@ -176,7 +177,7 @@ class BaseMotion:
     @property
     def moving(self) -> bool:
         """Whether the base's reference is on its way."""
-        return self._path is not None and math.hypot(*self.base_reference()[1]) > _AT_REST
+        return self._path is not None and math.hypot(*self.base_reference()[1]) > NO_SPEED
 
     def points_ahead(self, seconds: float) -> list[Vector]:
         """Return points of the path that the base passes within some seconds."""

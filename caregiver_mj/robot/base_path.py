@@ -6,13 +6,13 @@ import bisect
 import dataclasses
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
-from ruckig import ControlInterface, Ruckig, Synchronization, Trajectory
+from ruckig import ControlInterface, Synchronization, Trajectory
 
 from caregiver_mj.robot.geometry import Vector
 from caregiver_mj.robot.limits import Limits
-from caregiver_mj.robot.scalar_motion import NOTHING, PathError, extremes, parameters, solve
+from caregiver_mj.robot.scalar_motion import NOTHING, PathError, extremes, highest, parameters, solve
 
 _OVERSHOOT = 0.003  # metres beyond the end of a line that are none
 _TURN_IN_LENGTHS = (0.5, 0.8, 1.2, 1.8, 2.6)  # metres in which a new path may be entered at speed; the quickest wins
@@ -93,7 +93,7 @@ class BasePath:
             shares = _BRAKES * math.cos(across), _BRAKES * math.sin(across)
             asked.max_acceleration = [share * limits.acceleration for share in shares]
             asked.max_jerk = [share * limits.jerk for share in shares]
-            return solve(Ruckig(2), asked)
+            return solve(asked)
 
         path._append(position, axis, min(map(way, _ACROSS), key=lambda found: found.duration))
         path.goal = path._pieces[-1].at(path.duration)[0]
@@ -130,7 +130,7 @@ class BasePath:
             asked.max_acceleration, asked.max_jerk = [most, most], [jerk, jerk]
             asked.target_position = [reach, 0.0]
             asked.target_velocity = [end, 0.0]
-            trajectory = solve(Ruckig(2), asked)
+            trajectory = solve(asked)
             time = trajectory.duration + (length - reach) / self._limits.velocity
             if best and time >= best[0]:
                 continue
@@ -174,7 +174,7 @@ class BasePath:
                 asked = parameters([0.0], [speeds[i]], [0.0], self._limits)
                 asked.target_position = [length]
                 asked.target_velocity = [speeds[i + 1]]
-                self._append(here, axis, solve(Ruckig(1), asked))
+                self._append(here, axis, solve(asked))
             here = end
             if corner and trim > NOTHING:
                 here = self._corner(end, axis, lines[i + 1][0], speeds[i + 1])
@@ -190,7 +190,7 @@ class BasePath:
         share = [max(abs(turned[0] - 1.0) / change, 1e-3), max(abs(turned[1]) / change, 1e-3)]
         asked.max_acceleration = [self._limits.acceleration * k for k in share]
         asked.max_jerk = [self._limits.jerk * k for k in share]
-        trajectory = solve(Ruckig(2), asked)
+        trajectory = solve(asked)
         self._append(begin, axis, trajectory)
         return self._pieces[-1].at(self.duration)[0]
 
@@ -272,7 +272,7 @@ class PathSpeeds:
         most = self._limits.velocity
         if most <= speed or self.distance_to_change(speed, most) <= distance:
             return most
-        return _highest(lambda end: self.distance_to_change(speed, end) <= distance, speed, most)
+        return highest(lambda end: self.distance_to_change(speed, end) <= distance, speed, most)
 
     def corner_speed_from(self, speed: float, length: float, turn: float, most: float) -> float:
         """Return the highest speed, at most that, for the corner at the end of a line that is entered at a speed.
@@ -284,7 +284,7 @@ class PathSpeeds:
         def fits(end: float) -> bool:
             return self.distance_to_change(speed, min(speed, end)) <= length - self.corner_size(end, turn)
 
-        return most if fits(most) else _highest(fits, 0.0, most)
+        return most if fits(most) else highest(fits, 0.0, most)
 
     def corner_size(self, speed: float, turn: float) -> float:
         """Return the length before, and after, the corner point that a blend at this speed takes."""
@@ -298,12 +298,4 @@ class PathSpeeds:
         most = self._limits.velocity
         if self.corner_size(most, turn) <= size:
             return most
-        return _highest(lambda speed: self.corner_size(speed, turn) <= size, 0.0, most)
-
-
-def _highest(fits: Callable[[float], bool], low: float, high: float) -> float:
-    """Return the highest speed that fits, between one that does and one that does not."""
-    for _ in range(30):
-        middle = (low + high) / 2
-        low, high = (middle, high) if fits(middle) else (low, middle)
-    return low
+        return highest(lambda speed: self.corner_size(speed, turn) <= size, 0.0, most)

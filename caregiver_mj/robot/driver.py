@@ -41,9 +41,9 @@ _WATCHES = 2.0  # metres from it within which it rather looks at a child than wh
 _FACES_LOADED = 0.7  # the next, with a candle in the hand: in the picture
 _FACES, _IN_TIME = 0.3, 1.8  # radians off a heading that will do, and seconds before the end in which it turns round
 _PATIENCE = 1.7  # seconds for which the robot gets out of the way of a child that comes: one novice timestep
-# Seconds, two of these, for which it keeps to a place out of the way of a child that stays so near, metres: one that
-# follows it bars its way from there for ever, and opens it as it follows on.
-_IN_VAIN, _STAYS = 3.4, 0.5
+# Metres to a child that stays with it for two of these, where it has got out of the way: one that follows it bars its
+# way from there for ever, and opens it as it follows on.
+_STAYS = 0.5
 _TURNS = 12  # steps in which half a turn counts as progress
 # Seconds without coming nearer after which it gives up: six steps of a toddler. One that only goes by is gone sooner,
 # and no detour in a house takes as long.
@@ -211,7 +211,7 @@ class Driver:
         plan, rests = self._navigator.plan, self._refuges
         if not robot.moving and gap(view, self._embodiment) < _STAYS:
             rests.setdefault(start, view.now)
-        in_vain = [cell for cell, since in rests.items() if view.now > since + _IN_VAIN]
+        in_vain = [cell for cell, since in rests.items() if view.now > since + 2 * _PATIENCE]
         children = [plan.cell_at(child.position) for child in view.children]
         refuge = self._navigator.refuge(start, children, child_cells(view.children, plan), in_vain)
         if refuge in in_vain:  # it has been everywhere

@@ -8,15 +8,15 @@ import numpy as np
 
 from caregiver_mj.robot.geometry import Vector
 from caregiver_mj.robot.limits import Limits
+from caregiver_mj.robot.scalar_motion import NOTHING, highest
 
-_ROUNDING = 1e-9  # m/s, m/s^2
-_GENTLY = 0.5  # share of the jerk with which it comes to what is wanted: it must not get there too fast
+GENTLY = 0.5  # share of its jerk with which a velocity comes to what it is to be: it must not overshoot that
 _HALVINGS = 20  # of a change of acceleration of which there is only room for a part
 _PUSHED = 0.002  # radians off its reference beyond which a joint has been pushed
-_SETTLED = 0.1  # seconds of rest after which it is off for that reason only
-# How it comes back: no faster than this, rad/s; getting as fast, rad/s^2; and slower and slower within so many seconds,
-# until so little is left, radians.
-_COMING_BACK, _EASING, _SETTLING, _GONE = 0.15, 1.5, 0.1, 1e-4
+_SETTLING = 0.1  # seconds in which an arm that moves comes to rest; later it is off for that reason only
+# How it comes back: no faster than this, rad/s; getting as fast, rad/s^2; and, slower and slower as it settles, until
+# so little is left, radians.
+_COMING_BACK, _EASING, _GONE = 0.15, 1.5, 1e-4
 
 
 class FollowedVelocity:
@@ -54,7 +54,7 @@ class FollowedVelocity:
             self.commanded = (wanted[0] * most / speed, wanted[1] * most / speed) if speed > most else wanted
         changed = (self.commanded[0] - before[0]) / self._timestep, (self.commanded[1] - before[1]) / self._timestep
         # It does not go on with what it had to do at once.
-        is_bounded = self.commanded != wanted and math.hypot(*changed) < self.limits.acceleration + _ROUNDING
+        is_bounded = self.commanded != wanted and math.hypot(*changed) < self.limits.acceleration + NOTHING
         self.acceleration = changed if is_bounded or not at_once else (0.0, 0.0)
         self._wanted = wanted
         return self.commanded
@@ -74,13 +74,13 @@ class FollowedVelocity:
         # As the wanted one changes, and nearer to it: no faster than this can be brought to nothing on the way there.
         off_x, off_y = self._wanted[0] - self.commanded[0], self._wanted[1] - self.commanded[1]  # without that change
         off = math.hypot(off_x, off_y)
-        nearer = min(1.0 / step, math.sqrt(2 * _GENTLY * limits.jerk / off)) if off else 0.0
+        nearer = min(1.0 / step, math.sqrt(2 * GENTLY * limits.jerk / off)) if off else 0.0
         x, y = with_x + nearer * off_x, with_y + nearer * off_y
         x, y = _within(limits.acceleration, x, y)
         x, y = _within(most, x - before_x, y - before_y)
         x, y = self._fitting(*_within(limits.acceleration, before_x + x, before_y + y))
         # This cuts nothing but after what was at once, which may have left no room for its end.
-        return _within(limits.velocity + _ROUNDING, self.commanded[0] + step * x, self.commanded[1] + step * y)
+        return _within(limits.velocity + NOTHING, self.commanded[0] + step * x, self.commanded[1] + step * y)
 
     def _fits(self, x: float, y: float) -> bool:
         """Whether an acceleration can cease within the jerk before the highest speed: cut there, it would jerk."""
@@ -88,7 +88,7 @@ class FollowedVelocity:
         steps = int(size / change)  # after this one until it has ceased, by one change less at each
         times = self._timestep * (steps + 1) * (1.0 - steps * change / (2.0 * size)) if size else 0.0
         then = self.commanded[0] + times * x, self.commanded[1] + times * y
-        return math.hypot(*then) <= self.limits.velocity + _ROUNDING
+        return math.hypot(*then) <= self.limits.velocity + NOTHING
 
     def _fitting(self, x: float, y: float) -> Vector:
         """An acceleration, or as much of the way there from one that ceases as fits."""
@@ -96,12 +96,11 @@ class FollowedVelocity:
             return x, y
         (before_x, before_y), change = self.acceleration, self.limits.jerk * self._timestep
         less_x, less_y = _within(max(0.0, math.hypot(before_x, before_y) - change), before_x, before_y)
-        fits, share = 0.0, 0.5
-        for _ in range(_HALVINGS):
-            if self._fits(less_x + (fits + share) * (x - less_x), less_y + (fits + share) * (y - less_y)):
-                fits += share
-            share /= 2.0
-        return less_x + fits * (x - less_x), less_y + fits * (y - less_y)
+
+        def way(share: float) -> Vector:
+            return less_x + share * (x - less_x), less_y + share * (y - less_y)
+
+        return way(highest(lambda share: self._fits(*way(share)), 0.0, 1.0, _HALVINGS))
 
 
 def _within(most: float, x: float, y: float) -> Vector:
@@ -142,7 +141,7 @@ class GivingWay:
             self.offset[np.abs(self.offset) < _GONE] = 0.0
         else:
             self._rate = 0.0
-            if rested > _SETTLED:
+            if rested > _SETTLING:
                 off = arm - wanted
                 self.offset[:] = np.where(np.abs(off) < _PUSHED, 0.0, off)
         self.is_off = bool(self.offset.any())

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+CREEP = 0.03  # m/s, of base and hand beside a child: with what they may go beyond that slower than a strike, 0.05 m/s
 _ACCELERATION_SHARE, _JERK_SHARE = 0.9, 0.72  # of the base's highest, see `RobotLimits.together`
 _TOP_SHARE = 0.99  # of the base's highest speed, for reference and feedback together
 _COMMANDED_SHARE, _COMMANDED_JERK_SHARE = 0.92, 0.88  # of the same, see `RobotLimits.as_commanded`
@@ -160,6 +161,12 @@ class RobotLimits:
         """
         acceleration, jerk = _COMMANDED_SHARE * self.base_acceleration, _COMMANDED_JERK_SHARE * self.base_jerk
         return Limits(_TOP_SHARE * self.base_speed, acceleration, jerk)
+
+    @functools.cached_property
+    def turn_as_commanded(self) -> Limits:
+        """Limits of the commands of the base's turns, in radians: the highest less what drives and arm add."""
+        velocity, acceleration, jerk = dataclasses.astuple(self.turn)
+        return Limits(_TOP_SHARE * velocity, _TOP_SHARE * acceleration, _COMMANDED_JERK_SHARE * jerk)
 
     def braking(self, velocity: tuple[float, float], acceleration: tuple[float, float]) -> tuple[float, float]:
         """Return how a base can brake on a path.

@@ -11,12 +11,13 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from caregiver_mj.robot.base_motion import BaseMotion
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.robot.base_motion import NO_SPEED, BaseMotion
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.feedback import FollowedVelocity, GivingWay
 from caregiver_mj.robot.geometry import Vector
 from caregiver_mj.robot.kinematics import arm_of
-from caregiver_mj.robot.limits import Limits
+from caregiver_mj.robot.limits import CREEP, Limits
 from caregiver_mj.robot.reach import ReachPath, reach_path
 from caregiver_mj.robot.scalar_motion import ScalarMotion
 
@@ -32,7 +33,6 @@ _JOLTS = 4.0  # m/s^3 by which feedback may jolt a base that seems to jump, one 
 _HELD_UP = 0.15  # metres off its reference beyond which a base is held up by something
 _HELD_UP_SHARE = 0.5  # of the commanded speed: slower than that, something is in its way
 _LED_OFF = 0.05  # metres, the same of one whose command differs from its path: so near to that it has room
-_OTHER = 1e-3  # m/s by which that differs, at least
 
 # The actuators get to their targets in the course of a control timestep, and later by this share of it: commands
 # are made smooth over its four physics steps (`caregiver_mj.house.robot_body`), which costs one and a half.
@@ -42,7 +42,6 @@ _SMOOTHING = 3 / 8
 # slower, the less it jolts. By this over the root of two sigmas, m^0.5, it keeps its limits.
 _LANDS = 0.023
 _GRIPS = 0.5  # share of their speed with which the fingers then close: one may meet the candle before the other
-_CREEPS = 0.03  # m/s of a hand that comes back although a child is at it
 
 _ANY_HEIGHT = 7000  # tenths of mm: all reaches begin with the tucked arm, and `plan_reach` aims it
 
@@ -107,6 +106,7 @@ class RobotMotion(BaseMotion):
         self._is_free = True  # whether the command is what the references want
         self.limits = limits
         self._velocity = FollowedVelocity(limits.as_commanded, self._timestep)
+        self._turn_rate = FollowedVelocity(limits.turn_as_commanded, self._timestep)
         self._hold((float(base[0]), float(base[1])))
         self._turning, self._turn_bound = limits.yaw, math.inf  # rad/s: lower while children are near
         self._yaw = ScalarMotion(limits.yaw, float(base[2]), brakes=True)
@@ -147,9 +147,12 @@ class RobotMotion(BaseMotion):
         if rate == present:  # most of the time
             return
         # The solver is asked for worthwhile changes only. What slows down goes on doing so until there is room again.
-        turns = abs(self.turning[0])
+        speed, acceleration = self.turning
+        turns = abs(speed)
         most = max(present, turns)
-        if rate < 0.9 * present or (rate > most and (rate == full or rate > 1.3 * most)):
+        # Nor does it speed up again before it has ceased to: beside a child its bound came and went at every timestep.
+        may_speed_up = rate > most and (turns <= present or speed * acceleration <= 0.0)
+        if rate < 0.9 * present or (may_speed_up and (rate == full or rate > 1.3 * most)):
             within = turns if turns <= rate else _LEAST_TURN  # to slow down a little the solver nearly stops first
             self._turn_bound = math.inf if rate == full else max(0.9 * rate, within)
             self._turn_within(self._turning)
@@ -178,14 +181,23 @@ class RobotMotion(BaseMotion):
             s: So far.
             creeps: Whether it goes there more slowly than what counts as a strike.
             speed: At most, of s, per second; a faster one stops first.
+
+        Raises:
+            CaregiverError: There is a pose in between, at which the hand must stop first.
         """
+        first, last = self.reach_path.span(self.reached, s)
+        if last - first > 1:
+            raise CaregiverError(
+                f"reach must be a pose next to the hand, at {self.reached:.2f}, or short of it, got {s:g}: "
+                "stop at every pose on the way"
+            )
         self._lands_at, limits = None, self.reach_path.limits(self.reached, s)
         self._crept = min(self._crept, self.now) if creeps else math.inf
         if self._reach.rests_at(s) and speed == math.inf and not (creeps or self.may_be_off):
             self._reach.set_limits(limits)
             return
         if creeps:
-            speed = _CREEPS / self.reach_path.longest(arm_of(self.robot), 0.0, self.reach_path.goal)
+            speed = CREEP / self.reach_path.longest(arm_of(self.robot), 0.0, self.reach_path.goal)
         if abs(self._reach.at(self.now)[1]) > 1.1 * speed:
             self.stop_reaching()
             return
@@ -207,9 +219,9 @@ class RobotMotion(BaseMotion):
         self._reach.move_to(s, self.now)
 
     def stop_reaching(self) -> None:
-        """Stop the hand where it is, until the next `reach`."""
+        """Stop the hand where it is, until the next `reach`; one at rest has arrived when it came to that."""
         self._lands_at, self._crept = None, math.inf
-        if not self._reach.stops:
+        if self._reach.arrival > self.now and not self._reach.stops:
             self._reach.run_at(0.0, self.now)
 
     def grip(self, width: float) -> None:
@@ -364,11 +376,13 @@ class RobotMotion(BaseMotion):
             vx, vy = vx * top / speed, vy * top / speed
         wanted = vx, vy
         left, at_once = restrain(wanted, self._velocity.commanded) if restrain else (wanted, False)
-        vx, vy = self._velocity.follow(left, at_once, goes_on=math.dist(left, wanted) < _OTHER)
-        self._is_free = math.dist((vx, vy), wanted) < _OTHER
+        vx, vy = self._velocity.follow(left, at_once, goes_on=math.dist(left, wanted) < NO_SPEED)
+        self._is_free = math.dist((vx, vy), wanted) < NO_SPEED
         # Pushed at its arm, the base has been turned as well.
         released = min(_CATCH_UP_TURN, self._turn_feedback + _RELEASE_TURN * self._timestep)
         released = min(released, _TURN_SHARE * self.catch_up / self.robot.footprint)
         self._turn_feedback = most = _GENTLE_TURN if self.giving_way.yields else released
         back_yaw = min(most, max(-most, self._yaw_gain * (yaw - base[2])))
-        return vx, vy, yaw_rate + servos.yaw_lag * yaw_acceleration + back_yaw
+        # Looked up beyond the next timestep, at which its bound may change, the reference alone may jolt the base.
+        turn, _ = self._turn_rate.follow((yaw_rate + servos.yaw_lag * yaw_acceleration + back_yaw, 0.0))
+        return vx, vy, turn

@@ -14,7 +14,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.robot.geometry import hand_rotation
 from caregiver_mj.robot.kinematics import Arm
 from caregiver_mj.robot.limits import ArmLimits, Limits
-from caregiver_mj.robot.scalar_motion import NOTHING, ScalarMotion
+from caregiver_mj.robot.scalar_motion import NOTHING, ScalarMotion, highest
 
 _SLOWEST = 0.25  # per second, of the way from one pose to the next, that is worth to go
 _CHECKS = 25  # poses on the arm's way that are checked
@@ -65,7 +65,7 @@ class ReachPath:
 
     def limits(self, start: float, end: float) -> Limits:
         """Return bounds of s (per second, ...) under which every joint keeps its limits between two values of s."""
-        return Limits(*self._limits[:, slice(*self._lines(start, end))].min(axis=1).tolist())
+        return Limits(*self._limits[:, slice(*self.span(start, end))].min(axis=1).tolist())
 
     def seconds(self, speeds: Sequence[float] = ()) -> float:
         """Return how long the hand takes with a stop at every pose, and on each line one of these speeds at most."""
@@ -78,15 +78,19 @@ class ReachPath:
 
     def longest(self, arm: Arm, start: float, end: float) -> float:
         """Return the metres that the hand goes for each unit of s, where these are most on the same lines."""
-        first, last = self._lines(start, end)
+        first, last = self.span(start, end)
         shares = np.linspace(first, last, _CHECKS * (last - first))
         places = np.array([arm.pinch(self.joints(s)) for s in shares])
         return float(np.linalg.norm(np.diff(places, axis=0), axis=1).max() / (shares[1] - shares[0]))
 
-    def _lines(self, start: float, end: float) -> tuple[int, int]:
-        """The poses between which the lines are on which two values of s lie."""
+    def span(self, start: float, end: float) -> tuple[int, int]:
+        """Return the last pose before, and the first one after, all that lies between two values of s.
+
+        The lines between these poses are those whose limits count; a hand at a pose, or off it by rounding, is on the
+        line that it goes along, and on no other.
+        """
         first = min(int(min(start, end) + NOTHING), self.goal - 1)
-        return first, max(first + 1, math.ceil(max(start, end) - NOTHING))
+        return first, min(self.goal, max(first + 1, math.ceil(max(start, end) - NOTHING)))
 
 
 @functools.cache
@@ -153,12 +157,11 @@ def pick_up_path(arm: Arm, ahead: float, heading: float) -> ReachPath | None:
 
 def share_at(arm: Arm, path: ReachPath, height: float) -> float:
     """Return how far along a `pick_up_path` the fingertips are at a height above the floor, on the last of it."""
-    low, high = UP, float(path.goal)
-    for _ in range(_HALVINGS):
-        middle = (low + high) / 2
-        is_above = arm.pinch(path.joints(middle))[2] - arm.embodiment.fingertip > height
-        low, high = (middle, high) if is_above else (low, middle)
-    return low
+
+    def is_above(share: float) -> bool:
+        return bool(arm.pinch(path.joints(share))[2] - arm.embodiment.fingertip > height)
+
+    return highest(is_above, UP, float(path.goal), _HALVINGS)
 
 
 @functools.cache

@@ -6,6 +6,7 @@ They are functions of time that continue from whatever state they are in when a 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 from ruckig import ControlInterface, InputParameter, Result, Ruckig, RuckigError, Trajectory
@@ -119,7 +120,7 @@ class ScalarMotion:
             asked.target_position = [self.target]
         else:
             asked.target_velocity = [self.target]
-        self._trajectory = solve(Ruckig(1), asked)
+        self._trajectory = solve(asked)
         self._duration = self._trajectory.duration
         self._start, self._rest = now, None
         self._sampled_at, self._highest = math.nan, None  # samples of the old trajectory are void
@@ -151,13 +152,13 @@ def parameters(
     return asked
 
 
-def solve(solver: Ruckig, asked: InputParameter) -> Trajectory:
+def solve(asked: InputParameter) -> Trajectory:
     """Return the quickest trajectory.
 
     Raises:
         PathError: There is none.
     """
-    trajectory = Solved(solver.degrees_of_freedom)
+    solver, trajectory = Ruckig(asked.degrees_of_freedom), Solved(asked.degrees_of_freedom)
     try:
         try:
             result = solver.calculate(asked, trajectory)
@@ -169,6 +170,14 @@ def solve(solver: Ruckig, asked: InputParameter) -> Trajectory:
     if result not in (Result.Working, Result.Finished):
         raise PathError(f"ruckig found no trajectory: {result}")
     return trajectory
+
+
+def highest(fits: Callable[[float], bool], low: float, high: float, halvings: int = 30) -> float:
+    """Return the highest value that fits, between one that does and one that does not."""
+    for _ in range(halvings):
+        middle = (low + high) / 2
+        low, high = (middle, high) if fits(middle) else (low, middle)
+    return low
 
 
 def extremes(trajectory: Trajectory) -> tuple[float, float]:

@@ -14,13 +14,14 @@ from collections.abc import Iterable
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import geometry
-from caregiver_mj.robot.base_motion import PLANNED_AHEAD
+from caregiver_mj.robot.base_motion import NO_SPEED, PLANNED_AHEAD
 from caregiver_mj.robot.base_path import BRAKES_ALONG
 from caregiver_mj.robot.clearance import Clearance
 from caregiver_mj.robot.embodiment import Embodiment
+from caregiver_mj.robot.feedback import GENTLY
 from caregiver_mj.robot.geometry import Pose, Vector
 from caregiver_mj.robot.kinematics import hand_offset, hand_position
-from caregiver_mj.robot.limits import Limits, RobotLimits
+from caregiver_mj.robot.limits import CREEP, Limits, RobotLimits
 from caregiver_mj.robot.view import CHILD_RADIUS, ChildView, View
 
 # A base nearer to a child than so many metres leaves it first, and straight: with this cosine between motion and child
@@ -30,9 +31,8 @@ FORESIGHT = 2.2  # metres within which paths are planned round a child: one fart
 # The base must be able to stop before a child that walks towards it.
 _REACTION = 0.04  # seconds of control and servo until the base begins to brake
 _SEPARATION = 0.08  # metres that shall remain
-# m/s with which it may come round a corner behind which a child may be, and turn to look: slower than a strike, with
-# what it goes beyond that.
-_PEEKING, _LOOKING = 0.03, 0.04
+# m/s with which it may turn to look for a child round a corner, to which it comes at a creep: with that no strike.
+_LOOKING = 0.04
 _FAR = 2.0  # metres beyond which a child does not slow the base down
 FREE = 1.5  # metres to every child from which on neither feedback nor arm is bounded
 _PASSING, _PASSING_GAP = 0.35, 0.4  # share of the speed that counts so at no distance, and metres where none does
@@ -45,31 +45,28 @@ _SLIDE_RATES = (1.0, 0.8, 0.6, 0.45, 0.33, 0.25, 0.18, 0.12, 0.08, 0.05)  # that
 _COMING_SPEED = 0.1  # m/s towards the robot
 _COMING_GAP, _TOUCHING_GAP = 0.9, 0.01  # metres
 GENTLE_GAP = 0.10  # metres to a child below which the base yields to a push
-# How fast the base then returns to where it shall be, m/s: slower than a strike; and per metre by which there is more
-# room, 1/s: so fast it can brake before a child that comes.
-_GENTLE_SPEED, _RELEASED = 0.03, 0.6
-GENTLE_UNSEEN = 0.01  # m/s, of the first, where one may be unseen: it may peek meanwhile, and both are to be no strike
+# How much faster than a creep the base then returns to where it shall be, 1/s, per metre by which there is more room:
+# so fast it can brake before a child that comes.
+_RELEASED = 0.6
+GENTLE_UNSEEN = 0.01  # m/s, for that creep, where one may be unseen: it may peek meanwhile, both to be no strike
 _AT_HAND = 0.5  # metres from the arm to the middle of a child below which the arm yields to a push
-_TUCKED, _FAR_FROM_HAND = 0.05, 1.2  # share of the reach below which it is tucked, and metres beyond which none is near
-_IN_THE_WAY_GAP = 0.05  # metres between base and child on a path below which the child stands in its way
+_TUCKED = 0.05  # share of the reach below which it is tucked
 _WITHIN = 1e-6  # metres, of a vector of which only the direction is known
 _SOON = 0.8  # seconds within which a child goes on as it walks now
 _HEAD_ON = 0.5  # cosine between motion and child above which a base that cannot stop before it on its path leaves that
 _TOUCHED = 0.002  # metres to a child that touches the base, or does so at the next control timestep
-_NO_NEARER = 0.05  # metres to a child below which nothing leads towards it, be it on a path that slides past it
+_NO_NEARER = 0.05  # metres to a child below which nothing leads towards it, and it stands in the way of a path past it
 _BRAKES = 0.8  # share of its limit with which it brakes where it is touched; until then commands keep it
 # m/s by which it is asked to brake, until then, where it has little room to leave: asked for more, it would follow that
 # with nearly all of its acceleration, and a child that turns round it with none.
 _EASES = 0.1
-_LANDS = 0.5  # share of its jerk with which it comes, until then, to what it may have: it must not overshoot
 _BACK = tuple(0.05 * i for i in range(1, 9))  # metres straight away from a child where there may be room
 # Share of its limits with which it brakes there; and how often the time that their jerk takes to that, until it does.
 _COMES_TO_REST, _BUILDS_UP_LATER = 0.55, 2.5
 # What is straight off a child changes as it walks on at the heels of a base that leaves it. From this speed on, m/s, it
 # counts how that will be so many seconds later, when the base follows its command; at twice that speed fully.
 _FAST, _LATER = 0.2, 0.035
-# Of several children each is asked in turn, over and over, until none of them changes it by more than so much, m/s.
-_ROUNDS, _SETTLED = 8, 1e-3
+_ROUNDS = 8  # in which each of several children is asked in turn, until none of them changes it any more
 _STRAYS = 0.08  # radians by which a child that goes along moves on until the base follows its command
 # The same of a base with corners: the metres that it moves on, of which the surface there makes an angle; and how fast
 # such a base may then go along it as it leaves, m/s: slower than a strike, with a turn of the base. A child may run
@@ -103,7 +100,7 @@ def gap(view: View, robot: Embodiment, unseen: tuple[ChildView, ...] = ()) -> fl
     return nearest
 
 
-def catch_up_speed(gap: float, gentle: float = _GENTLE_SPEED) -> float:
+def catch_up_speed(gap: float, gentle: float = CREEP) -> float:
     """Return how fast a base that is off its reference may return to it, m/s, with a child so many metres away.
 
     The child may be in between, or come there.
@@ -119,7 +116,7 @@ def is_child_at_hand(view: View, robot: Embodiment, reached: float) -> bool:
         robot: The robot.
         reached: How far its hand reaches out; tucked it is over the child's head.
     """
-    if reached < _TUCKED or gap(view, robot) > _FAR_FROM_HAND:
+    if reached < _TUCKED or gap(view, robot) > FREE:
         return False
     edge, hand = geometry.to_world(view.base, (robot.footprint, 0.0)), hand_position(view, robot)[:2].tolist()
     return is_child_at_line(view, edge, hand, _AT_HAND, 0.0)
@@ -129,16 +126,15 @@ def comes(view: View, robot: Embodiment) -> bool:
     """Return whether a child walks towards the robot, or has just run into it."""
     for child in view.children:
         room = gap_to(view.base, robot, child)
-        dx, dy = view.base[0] - child.position[0], view.base[1] - child.position[1]
-        towards = (dx * child.velocity[0] + dy * child.velocity[1]) / (math.hypot(dx, dy) or 1.0)
-        if room < _TOUCHING_GAP or (room < _COMING_GAP and towards > _COMING_SPEED):
+        comes_at = -_along(child.velocity, _offset(view.base, child))
+        if room < _TOUCHING_GAP or (room < _COMING_GAP and comes_at > _COMING_SPEED):
             return True
     return False
 
 
 def is_in_the_way(view: View, robot: Embodiment, points: Iterable[Vector]) -> bool:
     """Return whether a child stands, or will stand shortly, where the base would pass through some points."""
-    near = robot.footprint + CHILD_RADIUS + _IN_THE_WAY_GAP
+    near = robot.footprint + CHILD_RADIUS + _NO_NEARER
     places = child_places(view.children)
     return any(math.dist(point, place) < near for point in points for place in places)
 
@@ -211,7 +207,7 @@ def allowed_rate(
     if lurking := view.lurking + view.hidden:
         corner = min(_allowed_rate(view, robot, limits, child, velocity, acceleration, present) for child in lurking)
         now = (v - PLANNED_AHEAD * a for v, a in zip(velocity, acceleration, strict=True))  # it may brake
-        rate = min(rate, max(corner, _PEEKING / max(math.hypot(*velocity), math.hypot(*now))))
+        rate = min(rate, max(corner, CREEP / max(math.hypot(*velocity), math.hypot(*now))))
     return rate
 
 
@@ -231,31 +227,30 @@ def _allowed_rate(
         return 1.0
     gap = gap_to(base, robot, child)
     (vx, vy), speed = velocity, math.hypot(*velocity)
-    dx, dy = outwards(robot, base[2], (child.position[0] - base[0], child.position[1] - base[1]))
-    away = math.hypot(dx, dy) or 1.0
-    towards, across = (vx * dx + vy * dy) / away, (vx * dy - vy * dx) / away
+    dx, dy = way = _way_to(base, robot, child)
+    away = math.hypot(dx, dy)
+    towards, across = _along(velocity, way), (vx * dy - vy * dx) / away
     # While a change of rate builds up, the path speeds up, or turns.
     soon = max(abs(across), abs(across + _BUILDS_UP * (acceleration[0] * dy - acceleration[1] * dx) / away))
     slides = slide_speed(gap)
     creep = slides / max(abs(across), slides)
-    leaves = max(0.0, -(present[0] * dx + present[1] * dy) / away)
+    leaves, comes_at = max(0.0, -_along(present, way)), _walking_speed(view, child)
     # Close by, a path past the child counts as one that leads towards it: it may turn, and so may the path.
     approach = towards + speed * _PASSING * min(1.0, max(0.0, 1.0 - room / _PASSING_GAP))
     if towards <= LEAVING * speed:
         return 1.0  # what is left of `across` is taken away where a child may come to touch, see `restrain`
     if approach <= 0.0:
-        return max(creep, _sliding_rate(view, limits, gap, _walking_speed(view, child), leaves, towards, soon))
+        return max(creep, _sliding_rate(view, limits, gap, comes_at, leaves, towards, soon))
     # approach * r * (stopping / 2 + reaction) + child * (stopping + reaction) = room, solved for r
     deceleration, build_up = limits.braking(velocity, acceleration)
     stopping = speed / deceleration
     delay = _REACTION + build_up + view.age
     a = approach * stopping / 2
-    comes_at = _walking_speed(view, child)
     b = approach * delay + comes_at * stopping
     c = comes_at * delay - room
     rate = 0.0 if c >= 0.0 else (-b + math.sqrt(b * b - 4 * a * c)) / (2 * a)
     if towards <= _SLIDE_TOWARDS * speed:
-        rate = max(rate, creep, _sliding_rate(view, limits, gap, _walking_speed(view, child), leaves, towards, soon))
+        rate = max(rate, creep, _sliding_rate(view, limits, gap, comes_at, leaves, towards, soon))
     return min(1.0, rate)
 
 
@@ -275,8 +270,7 @@ def must_stop(
     ahead = (velocity[0] * acceleration[0] + velocity[1] * acceleration[1]) / speed
     delay = _REACTION + view.age + max(0.0, ahead + braking) ** 2 / (2 * braking * jerk)
     for child in view.children:
-        x, y = outwards(robot, view.base[2], (child.position[0] - view.base[0], child.position[1] - view.base[1]))
-        towards = (velocity[0] * x + velocity[1] * y) / math.hypot(x, y)
+        towards = _along(velocity, _way_to(view.base, robot, child))
         needs = towards * (delay + speed / (2 * braking)) + _walking_speed(view, child) * (delay + speed / braking)
         if towards > _HEAD_ON * speed and gap_to(view.base, robot, child) < needs:
             return True
@@ -334,8 +328,7 @@ def allowed_turning(view: View, robot: Embodiment, velocity: Vector, turning: tu
             creep, comes_at = _TURN_SPEED / robot.footprint, view.child_runs
             if child in unseen:
                 creep, comes_at = max(creep, (_LOOKING - speed) / robot.footprint), view.child_comes
-            dx, dy = child.position[0] - view.base[0], child.position[1] - view.base[1]
-            closing = comes_at + max(0.0, (velocity[0] * dx + velocity[1] * dy) / (math.hypot(dx, dy) or 1.0))
+            closing = comes_at + max(0.0, _along(velocity, _offset(view.base, child)))
             time = max(0.0, gap) / closing - _REACTION - view.age
             too_fast = most > creep + limits.slowing(time - delay)
             allowed = min(allowed, creep if too_fast else creep + limits.slowing(time))
@@ -349,8 +342,20 @@ def _gap_however_turned(base: Pose, robot: Embodiment, child: ChildView) -> floa
 
 def gap_to(base: Pose, robot: Embodiment, child: ChildView) -> float:
     """Return the metres between base and child."""
-    offset = child.position[0] - base[0], child.position[1] - base[1]
-    return math.hypot(*outwards(robot, base[2], offset)) - robot.rounding - CHILD_RADIUS
+    return math.hypot(*_way_to(base, robot, child)) - robot.rounding - CHILD_RADIUS
+
+
+def _offset(base: Pose, child: ChildView) -> Vector:
+    return child.position[0] - base[0], child.position[1] - base[1]
+
+
+def _way_to(base: Pose, robot: Embodiment, child: ChildView) -> Vector:
+    return outwards(robot, base[2], _offset(base, child))
+
+
+def _along(velocity: Vector, way: Vector) -> float:
+    """How much of a velocity leads along a way, m/s."""
+    return (velocity[0] * way[0] + velocity[1] * way[1]) / (math.hypot(*way) or 1.0)
 
 
 def outwards(robot: Embodiment, yaw: float, offset: Vector) -> Vector:
@@ -408,7 +413,7 @@ def restrain(
         wanted = left
         for child in children:
             left = _restrained(view, robot, clearance, seconds, is_loaded, is_touched, child, left, before)
-        if rounds == 1 or math.dist(left, wanted) < _SETTLED:
+        if rounds == 1 or math.dist(left, wanted) < NO_SPEED:
             return left, is_touched
     # What one child leaves leads towards another one: it brakes.
     speed, change = math.hypot(*before), seconds * _BRAKES * limits.as_commanded.acceleration
@@ -434,9 +439,9 @@ def _restrained(
     if room >= GENTLE_GAP:
         return velocity
     vx, vy = velocity
-    offset = child.position[0] - view.base[0], child.position[1] - view.base[1]
+    offset = _offset(view.base, child)
     dx, dy = outwards(robot, view.base[2], offset)
-    leaves = -(before[0] * dx + before[1] * dy) / math.hypot(dx, dy)
+    leaves = -_along(before, (dx, dy))
     if later := _LATER * min(1.0, max(0.0, leaves / _FAST - 1.0)):
         x = offset[0] + later * (child.velocity[0] - before[0])
         y = offset[1] + later * (child.velocity[1] - before[1])
@@ -446,7 +451,7 @@ def _restrained(
     x, y = dx / away, dy / away
     # Touched by any, it is commanded at once.
     braking = seconds * _BRAKES * command_limits.acceleration
-    bounds = (braking, math.inf) if is_touched else (math.inf, _LANDS * command_limits.jerk)
+    bounds = (braking, math.inf) if is_touched else (math.inf, GENTLY * command_limits.jerk)
     towards, commanded = vx * x + vy * y, before[0] * x + before[1] * y
     if room < _NO_NEARER:
         towards = min(towards, _bounded(commanded, 0.0, seconds, *bounds))

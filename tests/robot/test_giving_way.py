@@ -63,6 +63,21 @@ def test_an_arm_that_creeps_goes_on_from_where_it_is_pushed_to(robot):
     assert np.abs(told - robot.reach_path.joints(robot.reached)).max() > 0.04
 
 
+def test_an_arm_at_rest_gives_way_and_has_arrived_though_a_child_comes_and_goes(robot):
+    """A skill that stops it each time would else wait for it, from its arrival on, without end."""
+    robot.giving_way.yields = True
+    arrived, pushed = robot.reach_arrival, robot.action(HERE)[ARM] + 0.05
+    for _ in range(20):
+        robot.stop_reaching()
+        robot.action(HERE, pushed)
+        robot.now += 0.02
+        robot.reach(0.5)
+        told = robot.action(HERE, pushed)[ARM]
+        robot.now += 0.02
+    assert robot.reach_arrival == arrived
+    np.testing.assert_allclose(told, pushed)
+
+
 def test_it_comes_back_slowly_and_without_a_jolt(robot):
     wanted = robot.action(HERE)[ARM]
     robot.giving_way.yields = True

@@ -196,6 +196,25 @@ def test_a_turn_under_way_slows_down_to_its_bound_and_speeds_up_when_it_is_lifte
     assert robot.yaw == pytest.approx(3.0)
 
 
+def test_a_turn_that_must_slow_down_does_not_speed_up_again_at_once():
+    """Allowed to, it would shake: the less it speeds up, the more it is allowed, and the other way round."""
+    robot = RobotMotion(ROBOT, 0.02)
+    robot.reset((0.0, 0.0, 0.0))
+    robot.turn_to(3.0)
+    turning(robot, 0.08)
+    robot.bound_turning(0.04)
+    speeding_up = []
+    for _ in range(15):
+        turning(robot, 0.02)
+        robot.bound_turning(2.0)
+        speeding_up.append(robot.turning[1])
+    last = speeding_up.index(min(speeding_up))
+    assert speeding_up[0] > 1.0
+    assert speeding_up[last] < 0.1
+    assert speeding_up[: last + 1] == sorted(speeding_up[: last + 1], reverse=True)
+    assert speeding_up[-1] > 2.0
+
+
 def test_a_base_that_turns_slowly_for_what_it_holds_does_so_until_the_hand_opens():
     robot = RobotMotion(ROBOT, 0.02)
     robot.reset((0.0, 0.0, 0.0))
@@ -255,3 +274,20 @@ def test_feedback_by_what_is_seen_late_does_not_swing(delay):
     after = np.array(poses)[:, 1:]
     assert after.min() > -0.01
     assert np.abs(after[-1]).max() < 0.01
+
+
+@pytest.mark.parametrize("name", ["mobile_fr3", "mobile_ur5e"])
+def test_a_turn_is_commanded_within_its_limits_whatever_its_bound_and_the_heading_that_is_seen(name):
+    """The bound comes and goes with a child at the edge of where it counts, and the heading is seen with noise."""
+    robot = RobotMotion(find_embodiment(name), 0.02)
+    robot.reset((0.0, 0.0, 0.0))
+    robot.turn_to(3.0)
+    told = [0.0, 0.0]
+    for i in range(60):
+        robot.bound_turning(0.03 if i % 4 == 3 else 2.0)
+        told.append(robot.action((0.0, 0.0, robot.yaw + 0.005 * (-1) ** i))[2])
+        robot.now += 0.02
+    acceleration = np.diff(told) / 0.02
+    assert max(told) > 0.3
+    assert np.abs(acceleration).max() <= robot.robot.limits.turn.acceleration
+    assert np.abs(np.diff(acceleration)).max() / 0.02 <= robot.robot.limits.turn.jerk

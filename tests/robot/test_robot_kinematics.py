@@ -182,6 +182,21 @@ def test_between_two_poses_the_hand_is_as_quick_as_the_arm_may_be_there(name, wa
     assert quick == [line not in gently for line in range(path.goal)]
 
 
+@pytest.mark.parametrize("goal", [0.0, 1.0, 4.0])
+def test_a_hand_that_would_pass_a_pose_without_a_stop_is_refused(arm, goal):
+    robot = RobotMotion(find_embodiment(), 0.02)
+    robot.reset((0.0, 0.0, 0.0))
+    robot.reach_along(closing(arm).path)
+    for pose in (1.0, 2.0, 2.5):
+        robot.reach(pose)
+        robot.now = robot.reach_arrival
+    with pytest.raises(CaregiverError, match=f"got {goal:g}: stop at every pose"):
+        robot.reach(goal)
+    robot.reach(2.0)
+    robot.now = robot.reach_arrival
+    robot.reach(1.0)
+
+
 # -- The robot itself --------------------------------------------------------------------------------
 
 
