@@ -145,7 +145,7 @@ class Budget:
     def take(self) -> None:
         """Count a request before it is sent; raise BudgetError if the budget is used up."""
         self.check()
-        if self._append("calls", b".") > self.calls:  # another process took the last one meanwhile
+        if self._append("calls", b".") > self.calls:  # meanwhile another process took the last one
             raise BudgetError(f"the budget of {self.calls:g} calls is used up")
 
     def spend(self, tokens: int) -> None:

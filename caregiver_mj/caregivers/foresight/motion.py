@@ -110,16 +110,11 @@ class Motion:
     def waits(
         self, child: np.ndarray, cell: np.ndarray, left: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return the cells that the caregiver can reach by the child's next move, in `left` steps.
-
-        Args:
-            child: The child's cell in n states, (n,).
-            cell: The caregiver's cell, (n,).
-            left: Steps until the child's next move, (n,).
+        """Return the cells that the caregiver can reach by the child's next move, in `left` steps; arguments are (n,).
 
         Returns:
-            The state, the cell, its predecessor on the way, and the probability of being in the cell and not yet in the
-            predecessor: (m,) each.
+            The state (0 to n - 1), the cell, its predecessor on the way, and the probability of being in the cell and
+            not yet in the predecessor: (m,) each.
         """
         time = np.full((len(cell), self.around.shape[1]), np.inf)
         np.put_along_axis(time, cell[:, None], 0.0, axis=1)
@@ -152,13 +147,9 @@ class Motion:
         return got, np.where(share > 0.5, then, here), np.maximum(rest - self.pace.get, 0.0)
 
     def carry(self, stand: np.ndarray, table: np.ndarray, child: np.ndarray, left: np.ndarray) -> np.ndarray:
-        """Return the number of the child's moves until a candle has been put down on a table, (...).
+        """Return the number of the child's moves until a candle has been put down on a table; all are (...).
 
-        Args:
-            stand: Cell in which the caregiver took the candle, (...).
-            table: Number of the table, (...).
-            child: The child's cell at that time, (...).
-            left: Steps from then to the child's next move, (...).
+        The caregiver took it in cell `stand`, `left` steps before the next move of the child.
         """
         place = len(self.posts) + table
         distance = self.distance[place, child, stand].astype(float)

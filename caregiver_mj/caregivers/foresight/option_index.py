@@ -13,13 +13,13 @@ class OptionIndex:
     """Number of each option. Options of a kind are contiguous; kinds are in the order below.
 
     Attributes:
-        stairs: Slice of options that block a stairwell or close its gate.
-        aside: Number of the option to stand aside.
-        stay: Number of the option to stay.
-        relocations: Slice of options that relocate a candle.
-        pick_ups: Slice of options that pick up a thing from the floor.
-        looks: Slice of options that look from a lookout.
-        waits: Slice of options that wait in a cell.
+        stairs: Block each stairwell or close its gate, a slice, as are all plurals.
+        aside: Stand aside.
+        stay: Stay.
+        relocations: Relocate each candle.
+        pick_ups: Pick up each thing from the floor.
+        looks: Look from each lookout.
+        waits: Wait in each cell.
         stairwells, candles, things, lookouts, cells: Number of each.
     """
 

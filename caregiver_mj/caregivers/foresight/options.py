@@ -52,11 +52,9 @@ class Cases:
 
     @classmethod
     def likely(cls, belief: np.ndarray, possible: np.ndarray) -> Cases:
-        """Return the most probable cells, at most `_CASES` for each world.
+        """Return the most probable cells, at most `_CASES` a world, by the belief, (W, cells, G, E).
 
-        Args:
-            belief: Probability of every cell, goal and epsilon, (W, cells, G, E).
-            possible: Numbers g E + e of the possible goals and epsilons, (J,).
+        `possible` are the numbers g E + e of the possible goals and epsilons, (J,).
         """
         presence = belief.sum(axis=(2, 3))
         most = min(_CASES, presence.shape[1])

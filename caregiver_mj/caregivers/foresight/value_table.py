@@ -197,15 +197,9 @@ class ValueTable:
         *,
         waits: bool = True,
     ):
-        """Compute the table.
+        """Compute the table for openings whose gates are shut; see `value_tables` for `waits`.
 
-        Args:
-            plan: The house.
-            pace: The caregiver's pace.
-            objective: The objective.
-            shut: Openings with shut gates.
-            tables: Tables with one more gate shut, by the set of shut gates. A gate without a table is never closed.
-            waits: Whether the caregiver may wait in any cell.
+        `tables` are those with one more gate shut. A gate without one is never closed.
         """
         self.plan, self.motion, self._objective, self._waits = plan, motion(plan, pace), objective, waits
         chain = child_chain(plan)
@@ -255,17 +249,10 @@ class ValueTable:
     def picking_up(
         self, thing: int, layout: np.ndarray, child: np.ndarray, cell: np.ndarray, left: np.ndarray
     ) -> np.ndarray:
-        """Return the damage to come if the caregiver goes for a thing on the floor, of which there are no others.
+        """Return the damage to come, (n, groups, J), if the caregiver goes for a thing on the floor, the only one.
 
-        Args:
-            thing: Number of the thing.
-            layout: Layouts, (n, groups).
-            child: The child's cell, (n,).
-            cell: The caregiver's cell, (n,).
-            left: Steps until the child's next move, (n,).
-
-        Returns:
-            The damage, (n, groups, J).
+        Layouts are (n, groups); the cells of child and caregiver, and the steps left until the child's next move, are
+        (n,).
         """
         place, first = self.motion.floor[thing], child * self._places
         begun = self.motion.picks_up(place, child, cell, left)
@@ -283,18 +270,10 @@ class ValueTable:
         stand: np.ndarray,
         left: np.ndarray,
     ) -> np.ndarray:
-        """Return the damage to come from the moment in which a candle has been taken.
+        """Return the damage to come, (n, J), after a candle has been taken from `source`, if it is put on `table`.
 
-        Args:
-            layout: Layout before the candle was taken, (n,).
-            source: Table from which it was taken, (n,).
-            table: Destination table, (n,).
-            child: The child's cell, (n,).
-            stand: The caregiver's cell, (n,).
-            left: Steps until the child's next move, (n,).
-
-        Returns:
-            The damage, (n, J); 1e9 without a candle on the source, or with one on the destination.
+        The layout is the one before; `stand` is the caregiver's cell, and `left` the steps until the child's next move,
+        (n,) each. Without a candle on the source, or with one on the destination, the damage is 1e9.
         """
         numbers, found = self._leg(layout, source, table, child, stand, left)
         found += self._ahead.reshape(-1, self._states).take(numbers, axis=0)
