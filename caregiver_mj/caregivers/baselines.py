@@ -19,10 +19,7 @@ EPSILON = 0.5  # of the novice that `childproof` expects
 
 
 class RandomCaregiver(Caregiver):
-    """Draws a hazard worth protecting from in every novice timestep.
-
-    With a draw at every action it would turn round before it arrived.
-    """
+    """Draws a hazard worth protecting from in every novice timestep; drawn more often, it would never arrive."""
 
     def __init__(self, plan: FloorPlan, seed: int = 0):
         super().__init__(plan, seed)

@@ -120,15 +120,7 @@ class Caregiver(abc.ABC):
         return Interventions(verb, hazard, destination)
 
     def destination(self, percept: Percept, candle: np.ndarray) -> np.ndarray:
-        """Choose the table for a candle: the bare one with the longest way from its nearest child.
-
-        Args:
-            percept: The percept at the time of the choice.
-            candle: Index of the candle for each world, (B,).
-
-        Returns:
-            Table indices (B,).
-        """
+        """Choose the table for a candle (B,), (B,): the bare one with the longest way from its nearest child."""
         distance = self.table_distances[percept.child_cell].min(axis=1)
         return np.where(bare_tables(percept.candle_table, len(self.plan.tables)), distance, -np.inf).argmax(axis=1)
 
@@ -164,10 +156,7 @@ class Caregiver(abc.ABC):
 def first_of_greatest(score: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the first hazard of the greatest score (NOTHING if there are none), and that score, both (B,).
 
-    Scores that differ by rounding only count as equal.
-
-    Args:
-        score: A number of at least 0 for each hazard, (B, hazards).
+    Scores, (B, hazards), are at least 0; those that differ by rounding only count as equal.
     """
     if score.shape[1] == 0:
         return np.full(len(score), NOTHING), np.zeros(len(score))

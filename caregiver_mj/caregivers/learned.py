@@ -47,11 +47,8 @@ def shipped() -> Weights:
 def layers(net: Weights, rows: np.ndarray, worlds: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, ...]:
     """Return the network's layers, the last of which is the score of each option, (N,).
 
-    Args:
-        net: The weights.
-        rows: Features of the options of B worlds, one world after the other, (N, features).
-        worlds: Features of the worlds, (B, features).
-        counts: Number of options of each world, (B,).
+    `rows` are features of the options, one world after the other, (N, features), `worlds` those of the worlds, (B,
+    features), and `counts` the numbers of options in each world, (B,).
     """
     first = np.cumsum(counts) - counts
     x = np.clip((rows - net["mean"]) / net["spread"], -6.0, 6.0)
@@ -106,11 +103,8 @@ class LearnedCaregiver(Caregiver):
     Attributes:
         net: Its weights; None for `shipped`.
         hazard: Hazard of each option, NOTHING for the last two: to stand aside, and to stay.
-        table: Destination of each relocation, else NOTHING.
-        pair: Whether each option is a relocation.
-        candle: Candle of each relocation, else 0.
-        of: Hazard of each option; for the last two, the number of hazards.
-        thing: Number of the thing on the floor of each option, or NOTHING.
+        table: Destination of each relocation, else NOTHING; `pair` marks relocations, `candle` is the candle.
+        of: Hazard of each option, for the last two the number of hazards; `thing` the one on the floor, or NOTHING.
         kind: Features of each option's kind.
         more: Damage of each hazard; for one on a table, beyond the bare table's.
         apart: Steps between the caregiver's cells.
@@ -192,10 +186,7 @@ class LearnedCaregiver(Caregiver):
         return there
 
     def features(self, percept: Percept, worlds: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return features of options, (W, options, features), and of worlds, and whether each option is possible.
-
-        All candles must be on tables in these worlds, (W,).
-        """
+        """Return features of options, (W, options, features), and of worlds, and which options are possible."""
         look = _Look(self, percept, worlds)
         return look.options(), look.world(), look.there
 
@@ -331,7 +322,6 @@ class _Look:
 
 
 def _log(damage: np.ndarray) -> np.ndarray:
-    """Return damage on a logarithmic scale."""
     return np.log1p(100.0 * np.maximum(damage, 0.0)) / 3.0
 
 

@@ -36,9 +36,7 @@ class Pace:
     def way(self, step: np.ndarray, child: np.ndarray) -> np.ndarray:
         """Return the time to walk into the next cell, (...).
 
-        Args:
-            step: Row and column of the next cell, relative to the present one, (..., 2).
-            child: Row and column of the child, relative to the present one, (..., 2).
+        Row and column of the next cell (`step`) and of the child are relative to the present cell, (..., 2).
         """
         ahead = (step * child).sum(axis=-1)
         if not self.beside:

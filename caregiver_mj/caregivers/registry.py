@@ -104,7 +104,6 @@ def inner_name(name: str) -> str:
 
 
 def _attentive(name: str) -> type[Caregiver]:
-    """Return the class of an attentive caregiver."""
     share, other = name.removeprefix(ATTENTIVE).partition(":")[0], inner_name(name)
     try:
         looks = float(share)

@@ -331,7 +331,6 @@ def _prompt() -> str:
 
 
 def _server(address: str, queries: Queries, key: str = "") -> Server:
-    """Return the client of a server."""
     proxies = tuple(sorted(urllib.request.getproxies().items()))
     return _server_of(address, queries.patience, queries.budget, key, proxies, os.getpid())
 

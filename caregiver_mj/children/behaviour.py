@@ -36,10 +36,7 @@ class ChildPercept:
 
 
 class Behaviour(abc.ABC):
-    """Chooses the moves of one child, in a batch of episodes.
-
-    All its randomness comes from the given draws: an episode must not depend on its batch.
-    """
+    """Chooses the moves of one child in a batch of episodes; the given draws are its only randomness."""
 
     def __init_subclass__(cls, **options: Any) -> None:
         """Check the methods' results if the class belongs to another package."""

@@ -31,10 +31,7 @@ class Seeker(Novice):
 
 
 class Avoider(Novice):
-    """A novice that treats the caregiver's cell as closed.
-
-    If that leaves no way to its bin, it takes the shortest, and runs into a caregiver that stays.
-    """
+    """A novice that treats the caregiver's cell as closed, and without another way runs into a caregiver that stays."""
 
     def __init__(self, plan: FloorPlan, epsilon: float):
         super().__init__(plan, epsilon)

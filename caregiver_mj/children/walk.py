@@ -117,7 +117,6 @@ class ToddlerWalk:
 
 
 def _is_in_the_way(velocity: Vector, touched: list[Vector]) -> bool:
-    """Return whether a contact in one of the directions stops the motion."""
     if not touched:
         return False
     speed = math.hypot(*velocity)

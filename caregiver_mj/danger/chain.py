@@ -36,7 +36,6 @@ class ChildChain:
     follows: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None
 
     def __post_init__(self) -> None:
-        """Fill in defaults."""
         _, goals, epsilons = self.shape
         defaults = {
             "next_goal": np.full((goals, goals), 1.0 / goals),
@@ -146,9 +145,9 @@ def discounted_entry(chain: ChildChain, cells: tuple[int, ...], discount: float)
 
 
 def expected_hits(chain: ChildChain, discount: float) -> np.ndarray:
-    """Return the expected number of bumps into each object, weighted by discount^t after t moves, (states, objects).
+    """Return the expected number of bumps into each object, each weighted by discount^t after t others.
 
-    The discount must be below 1.
+    The array is (states, objects); the discount must be below 1.
     """
     remains = csc_array(identity(chain.size) - discount * chain.transition)
     return splu(remains).solve(chain.hits)
@@ -180,10 +179,8 @@ def presence(chain: ChildChain, now: np.ndarray, timesteps: int) -> np.ndarray:
 def expected_visits(transition: csr_array, start: np.ndarray, timesteps: int) -> np.ndarray:
     """Return the expected number of timesteps that a Markov chain begins in each state, (states,).
 
-    Args:
-        transition: Probabilities from each state (row) to each (column), (states, states).
-        start: Initial probability of each state, (states,).
-        timesteps: Number of timesteps.
+    `transition` has probabilities from each state (row) to each (column), (states, states), `start` the initial ones,
+    (states,).
     """
     backwards = csr_array(transition.T)
     now, visits = start, np.zeros(len(start))

@@ -61,12 +61,8 @@ class GridWorld(GridState, Rollout):
     ):
         """Prepare the world; `reset` begins episodes.
 
-        Args:
-            plan: The house.
-            family: The children, as `ChildGroup.of` takes them.
-            caregiver: The caregiver, or None.
-            caregiver_actions: Mean number of its actions in a novice timestep.
-            sight: Its sight, as `Sight.of` takes it.
+        `ChildGroup.of` takes the family and `Sight.of` the sight. `caregiver_actions` is the mean number in a novice
+        timestep.
 
         Raises:
             CaregiverError: A privileged caregiver has limited sight, the caregiver or a child is for another house, or
@@ -250,10 +246,7 @@ class GridWorld(GridState, Rollout):
     # -- The caregiver ---------------------------------------------------------------------------
 
     def care(self, caregiver: Caregiver) -> None:
-        """Run the caregiver's actions of one novice timestep.
-
-        `time_left` is the share of the timestep that remains for them.
-        """
+        """Run the caregiver's actions of a timestep, of which `time_left` is the share that remains."""
         each = self._caregiver_actions
         done, end = (math.floor(each * timestep + _ROUNDING) for timestep in (self.timestep - 1, self.timestep))
         for left in range(end - done, 0, -1):
@@ -326,7 +319,6 @@ class BareTablesWorld(GridWorld):
 
 
 def _shown(array: np.ndarray) -> np.ndarray:
-    """Return a read-only view of an array."""
     view = array.view()
     view.flags.writeable = False
     return view

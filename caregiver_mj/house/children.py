@@ -244,10 +244,7 @@ class CompliantBody:
         self._feet, self._pace = walk.position, (0.0, 0.0)
 
     def follow(self, walk: ToddlerWalk, physics: Physics, number: int, seconds: float) -> None:
-        """Let the body of a numbered child follow the walk for one control timestep, s.
-
-        If it leans too far, the walk, and so its feet, step after it.
-        """
+        """Follow the walk for one control timestep, s; a child that leans too far steps, and the walk with it."""
         (x, y, _), (vx, vy, _) = physics.toddler_position(number), physics.toddler_velocities()[number]
         lean = _none(float(x) - self._feet[0]), _none(float(y) - self._feet[1])
         sway = _none(float(vx) - self._pace[0]), _none(float(vy) - self._pace[1])

@@ -92,7 +92,6 @@ class Figure:
         self._pose()
 
     def _pose(self) -> None:
-        """Turn all parts."""
         phase = math.pi * self.walked / _STEP  # of the left leg: 0 as it passes the other one forward
         # Uniform except at the turns: the standing foot moves back as the body moves on.
         sine, cosine = math.asin(_EVEN * math.sin(phase)) / math.asin(_EVEN), math.cos(phase)

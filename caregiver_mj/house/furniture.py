@@ -64,10 +64,7 @@ def _cells(name: str) -> int:
 
 
 class Furnishing(NamedTuple):
-    """The furniture of a house.
-
-    A place is a point (2,), m, at the foot of a wall's face, and the yaw that faces the room.
-    """
+    """The furniture of a house. A place is a wall's foot, (2,), m, and the yaw that faces the room."""
 
     kinds: tuple[str, ...]  # of rooms, in the order of `Layout.rooms`
     pieces: tuple[tuple[str, Stretch], ...]  # name, wall cells that it replaces

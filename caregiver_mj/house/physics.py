@@ -357,10 +357,7 @@ class Physics(OffscreenRendering, engine.Physics):
         sway: Vector = (0.0, 0.0),
         force: Vector = (0.0, 0.0),
     ) -> None:
-        """Move a child to the position of its walk.
-
-        A compliant body leans (m) and sways (m/s) relative to it, with a force (N) on it until the next call.
-        """
+        """Move a child to its walk; a compliant body leans (m) and sways (m/s), with a force (N) until the next."""
         position, velocity, pull = self._toddlers[child]
         (x, y), (vx, vy) = walk.position, walk.velocity
         position[0], position[1], position[2] = x + lean[0], y + lean[1], walk.yaw

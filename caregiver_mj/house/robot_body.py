@@ -137,7 +137,6 @@ class TargetRamp:
         np.add(self._controls, self._slope, self._controls)
 
     def _begin(self, steps: int) -> None:
-        """Begin the line from the last targets to the next ones."""
         self._steps = self._left = steps
         count = np.array(float(steps))  # an array: plain numbers take twice the time
         # The mean at the end of the previous line, computed exactly so that rounding does not accumulate.

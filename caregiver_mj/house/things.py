@@ -159,6 +159,5 @@ class Things:
                 states[i] = State.GONE if is_off else State.AS_PLANNED
 
     def _is_at(self, child: Vector, place: Sequence[float]) -> bool:
-        """Return whether a child is in the cell of a place."""
         is_near = math.hypot(child[0] - place[0], child[1] - place[1]) < self._near
         return is_near and self._plan.cell_at(child) == self._plan.cell_at(place)

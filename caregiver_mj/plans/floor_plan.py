@@ -185,7 +185,6 @@ class FloorPlan:
         return Hazards(tuple(kind for kind in kinds for _ in self.cells_of(kind.symbol)), self.damage)
 
     def _cells_at(self, where: Where) -> tuple[Cell, ...]:
-        """Return the cells of the hazards in one place, kind by kind."""
         return tuple(cell for kind in kinds_at(where) for cell in self.cells_of(kind.symbol))
 
     @functools.cached_property

@@ -30,7 +30,6 @@ CEILING = 2.4  # m above the floor; height of ceiling cameras
 
 
 def _find(model: str, tag: str, name: str) -> ElementTree.Element:
-    """Return the element with a name in a model."""
     (found,) = _model(model).findall(f".//worldbody//{tag}[@name='{name}']")
     return found
 
@@ -46,7 +45,6 @@ def _numbers(element: ElementTree.Element, attribute: str) -> tuple[float, ...]:
 
 
 def _size(model: str, geom: str, number: int = 0) -> float:
-    """Return a component of the size of a geom in a model, m."""
     return _numbers(_find(model, "geom", geom), "size")[number]
 
 

@@ -141,10 +141,7 @@ def _between(area: int, small: int, large: int) -> int:
 
 
 def draw(random: np.random.RandomState, below: int) -> int:
-    """Return a random integer from 0 to below `below`, the same on every machine.
-
-    NumPy guarantees the stream of a `RandomState`; integers avoid rounding.
-    """
+    """Return a random integer below `below`, the same on every machine: integers of `RandomState` are guaranteed."""
     return int(random.randint(below, dtype=np.int64))
 
 

@@ -180,10 +180,7 @@ class Yielding:
         return routes
 
     def in_the_way(self, child_cells: Iterable[int]) -> np.ndarray:
-        """Return how much each cell is in the way of some children, integers (caregiver cells,).
-
-        The order is by `routes_over`, then by `exposed`.
-        """
+        """Return how much each cell is in the children's way, (caregiver cells,): by `routes_over`, then `exposed`."""
         return 2 * np.asarray(sum(self.routes_over(cell) for cell in child_cells)) + self.exposed
 
     @functools.cached_property

@@ -218,14 +218,9 @@ class CandleEstimates:
     def update(
         self, positions: np.ndarray, orientations: np.ndarray, fingers: float, then: Posture, now: Posture
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the present positions and orientations of the candles.
+        """Return the present positions, (candles, 3), and quaternions, (candles, 4), from measured ones.
 
-        Args:
-            positions: Measured positions, (candles, 3).
-            orientations: Measured quaternions, (candles, 4).
-            fingers: Opening of the hand, m.
-            then: The robot's posture at the time of the measurement.
-            now: Its present posture.
+        `fingers` is the opening of the hand, m; `then` is the robot's posture at the time of the measurement.
         """
         if self._published is None:
             published = self._published = positions.copy()

@@ -83,11 +83,7 @@ class Executive:
     def act(self, view: View, robot: RobotMotion, new_move: bool, all_known: bool) -> None:
         """Act for one control step.
 
-        Args:
-            view: The robot's view.
-            robot: The robot's references.
-            new_move: Whether a child's present move has just become clear.
-            all_known: Whether the moves of all children have.
+        A child's present move, or those of all, may just have become clear: `new_move`, `all_known`.
         """
         if new_move and self.routine:
             self.routine.skill.driver.replan()

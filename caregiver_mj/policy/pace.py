@@ -35,14 +35,7 @@ _AHEAD, _ASIDE = 5, 3  # cells ahead and aside from which on a child no longer s
 def robot_pace(
     navigator: Navigator, novice_timestep: float, control_timestep: float, child_speed: float = WALKING_SPEED
 ) -> Pace:
-    """Return the pace of a navigator's robot in its house.
-
-    Args:
-        navigator: Plans the robot's paths.
-        novice_timestep: s.
-        control_timestep: s.
-        child_speed: m/s.
-    """
+    """Return the pace of a navigator's robot in its house; timesteps are in s, the child's speed is in m/s."""
     base = navigator.robot.limits.base
     lost = base.velocity / base.acceleration + base.acceleration / base.jerk  # s; cost of starting and stopping
     cells, seconds = 0, 0.0
@@ -77,10 +70,7 @@ def robot_pace(
 def beside_a_child(
     robot: Embodiment, cell_size: float, speed: float, child_speed: float = WALKING_SPEED
 ) -> tuple[tuple[float, ...], ...]:
-    """Return `Pace.beside`: times to drive to the next cell, with a child standing near, over that without a child.
-
-    The cell size is in m, speeds are in m/s.
-    """
+    """Return `Pace.beside`: times to drive to the next cell with a child near, over that without; m and m/s."""
     haste = child_speed / WALKING_SPEED
     return tuple(
         tuple(

@@ -234,10 +234,7 @@ class Perception:
         self._looked = self._in_view
 
     def _empty(self) -> np.ndarray:
-        """Return the cells in view that would show a child in them, bool (1, cells).
-
-        In the middle of a move, when a child may be between cells, these are none.
-        """
+        """Return the cells in view that would show a child, bool (1, cells); none amid a move, between cells."""
         left = 1.0 - self._gone if self._all_clear else self._gone
         return self._in_view[None] & (left <= _IN_ITS_CELL)
 

@@ -72,10 +72,7 @@ class Clearance:
         return bool((room >= min(0.0, room[0]) - _ROUNDING).all())
 
     def has_room(self, points: np.ndarray, hand: Vector | None = None) -> bool:
-        """Return whether the base fits at all points (n, 2), with less clearance than on a straight path.
-
-        For the hand see `line`.
-        """
+        """Return whether the base fits at points (n, 2), with less clearance than on a straight path; see `line`."""
         if not len(points):
             return True
         if hand is not None and not self._leaves_room(points[:, 0], points[:, 1], hand):
@@ -125,7 +122,6 @@ class Clearance:
         return raster.item(row, column)
 
     def _indices(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return rows and columns of points in the rasters."""
         return ((y - self._origin[1]) / _RASTER).astype(int), ((x - self._origin[0]) / _RASTER).astype(int)
 
     def _distance_to(self, rectangles: np.ndarray) -> np.ndarray:
@@ -142,7 +138,6 @@ class Clearance:
 
 
 def _points_between(a: Vector, b: Vector) -> tuple[np.ndarray, np.ndarray]:
-    """Return points, x and y, along a straight line."""
     last = int(math.dist(a, b) / _RASTER) + 1
     share = np.arange(last + 1) * (1.0 / last)  # like `linspace`, which is slower than all the rest
     share[-1] = 1.0

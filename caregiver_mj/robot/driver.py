@@ -187,15 +187,9 @@ class Driver:
         return now < self.aside_until
 
     def refuge(self, view: View, robot: RobotMotion, start: Cell) -> Cell | None:
-        """Return a cell out of the children's way; another one once a child has stayed near the present one for long.
+        """Return a cell out of the children's way, or None if no child is in a child's cell.
 
-        Args:
-            view: The robot's view.
-            robot: The robot's references.
-            start: The cell from which the base goes there.
-
-        Returns:
-            The cell, or None if no child is in a child's cell.
+        It is the best one from the cell `start`, or another once a child has stayed near the present one for long.
         """
         plan, rests = self._navigator.plan, self._refuges
         if not robot.moving and gap(view, self._embodiment) < _STAYS:
@@ -358,7 +352,6 @@ def _are_the_same(way: list[Vector], other: list[Vector]) -> bool:
 
 
 def _littered_cells(view: View, plan: FloorPlan) -> set[Cell]:
-    """Return the cells in which candles or small things lie on the floor."""
     low = view.candles[:, 2] < layout.TABLE_HEIGHT / 2
     cells = {plan.cell_at(place) for place in view.candles[low, :2]} if low.any() else set()
     return cells | {plan.cell_at(place) for place in view.things[~view.things_gone, :2]} if len(view.things) else cells

@@ -115,7 +115,7 @@ class Embodiment:
     names: Names  #: names of its parts
     layout: CommandLayout  #: layout of actions
     actuators: CommandLayout  #: layout of the model's actuators, two of which are fingers
-    footprint: float  #: radius of the base's circumcircle about its centre
+    footprint: float  #: radius of the circle about the base's centre that contains it
     wheels: Wheels  #: the steered wheels
     torque: np.ndarray  #: N m; greatest torque of each arm joint, (joints,)
     limits: RobotLimits  #: bounds of its motion

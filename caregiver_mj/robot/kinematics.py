@@ -183,7 +183,6 @@ class Arm:
 
 
 def _depth(model: mujoco.MjModel, body: int) -> int:
-    """Return the depth of a body in the model's tree."""
     return 0 if body == 0 else 1 + _depth(model, int(model.body_parentid[body]))
 
 

@@ -255,7 +255,6 @@ class Navigator(Routes):
         return list(found.values())
 
     def _codes(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return the numbers of the cells in which points are."""
         height, width = self.plan.shape
         column = np.rint(x / self.plan.cell_size + (width - 1) / 2).astype(int)
         row = np.rint((height - 1) / 2 - y / self.plan.cell_size).astype(int)

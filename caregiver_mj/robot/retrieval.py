@@ -50,10 +50,7 @@ class Stance:
 
 
 class RetrievalPlanner:
-    """Finds stances in one house, for candles at rest.
-
-    Children will have moved when the base arrives, but the arm prefers to avoid their present places.
-    """
+    """Finds stances in one house for candles at rest; the arm avoids the children's present places if it can."""
 
     def __init__(self, navigator: Navigator, make_scene: Callable[[Heights | None], PlanningScene]):
         # The planning scene is costly and rarely needed: made on first use.

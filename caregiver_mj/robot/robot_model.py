@@ -79,7 +79,7 @@ class RobotModel:
         return CommandLayout(actuators.base, actuators.arm, gripper, size=gripper.stop)
 
     def footprint(self) -> float:
-        """Return the radius of the hull's circumcircle about the base's centre, m."""
+        """Return the radius of the circle about the base's centre that contains its hull, m."""
         hull = self._model.geom("base_hull")
         x, y = np.abs(hull.pos[:2])
         if mujoco.mjtGeom(int(hull.type[0])) in (mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_CAPSULE):

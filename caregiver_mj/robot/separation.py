@@ -76,10 +76,7 @@ _RUNS_ON = tuple(0.04 * i for i in range(8))
 
 
 def is_alone(view: View, robot: Embodiment, apart: float = _SEPARATION + _FAR) -> bool:
-    """Return whether all children, also possible unseen ones, are farther than `apart` metres from the base.
-
-    By default that is too far to bound anything.
-    """
+    """Return whether all children, also possible unseen ones, are over `apart` m away, by default beyond all bounds."""
     return _nearest(view) > robot.footprint + CHILD_RADIUS + apart
 
 
@@ -101,20 +98,14 @@ def gap(view: View, robot: Embodiment, unseen: tuple[ChildView, ...] = ()) -> fl
 
 
 def catch_up_speed(gap: float, gentle: float = _GENTLE_SPEED) -> float:
-    """Return the speed at which a base off its reference may return, m/s, with a child at a gap, m.
-
-    The child may be in between, or come there.
-    """
+    """Return the speed of a base's return to its reference, m/s, with a child, perhaps in between, at a gap, m."""
     return gentle + _RELEASED * max(0.0, gap - GENTLE_GAP)
 
 
 def is_child_at_hand(view: View, robot: Embodiment, reached: float) -> bool:
     """Return whether a child may walk into the hand or the extended arm.
 
-    Args:
-        view: The robot's view.
-        robot: The robot.
-        reached: Extension of the hand, as a share of its reach; tucked, it is above a child's head.
+    `reached` is the extension as a share of the reach; tucked, the hand is above a child's head.
     """
     if reached < _TUCKED or gap(view, robot) > _FAR_FROM_HAND:
         return False
@@ -155,14 +146,9 @@ def child_places(children: Iterable[ChildView]) -> list[Vector]:
 
 
 def is_child_at_line(view: View, start: Vector, end: Vector, near: float, within: float) -> bool:
-    """Return whether a child's centre is near a line that the arm is on or moves along.
+    """Return whether a child's centre is, or may be within a time, near a line that the arm is on or moves along.
 
-    Args:
-        view: The robot's view.
-        start: Start of the line, m.
-        end: End of the line, m.
-        near: Distance that counts as near, m.
-        within: Time within which children may come near at their present velocities, s.
+    `near` is in m; `within` is in s, at the children's present velocities.
     """
     far = near + math.dist(start, end)
     for (x, y), (vx, vy) in view.children:
@@ -289,14 +275,8 @@ def _sliding_rate(
 ) -> float:
     """Return the share of a velocity from which the base's surface slows down to a creep before contact.
 
-    Args:
-        view: The robot's view.
-        limits: Limits in force.
-        gap: Gap to the child, m.
-        comes_at: The child's speed, m/s.
-        leaves: Present speed of the base away from the child, m/s.
-        towards: Speed towards the child, m/s; negative away from it.
-        across: Speed across, m/s.
+    Speeds are in m/s: that of the child, that with which the base now leaves it, and the velocity towards the child,
+    negative away from it, and across. The gap is in m.
     """
     for rate in _SLIDE_RATES:
         closing = comes_at + max(rate * towards, -leaves)
@@ -319,11 +299,7 @@ def slide_speed(gap: float) -> float:
 def allowed_turning(view: View, robot: Embodiment, velocity: Vector, turning: tuple[float, float]) -> float:
     """Return the rate, rad/s, from which a turn slows down to a creep before a child can touch the base.
 
-    Args:
-        view: The robot's view.
-        robot: The robot.
-        velocity: Velocity of the base, m/s.
-        turning: Rate, rad/s, and acceleration, rad/s^2, of the present turn.
+    The base has a velocity, m/s, and turns at a rate, rad/s, with an acceleration, rad/s^2 (`turning`).
     """
     limits, speed = robot.limits.yaw, math.hypot(*velocity)
     room, closing = _nearest(view) - robot.footprint - CHILD_RADIUS, view.child_runs + speed
@@ -364,12 +340,8 @@ def gap_to(base: Pose, robot: Embodiment, child: ChildView) -> float:
 def outwards(robot: Embodiment, yaw: float, offset: Vector) -> Vector:
     """Return the vector to a place from the nearest point within the base's sides, normal to its surface there.
 
-    Within a round base that point is the centre. On a box-shaped one the vector is normal to a side, except at corners.
-
-    Args:
-        robot: The robot.
-        yaw: Heading of the base, rad.
-        offset: The place, relative to the base's centre in the house's axes, m.
+    In a round base that point is the centre; on a box-shaped one the vector is normal to a side, except at corners. The
+    place is an offset from the base's centre in the house's axes, m; `yaw` is the base's heading, rad.
     """
     if robot.sides == (0.0, 0.0):
         return offset if offset != (0.0, 0.0) else (_WITHIN, 0.0)  # at its very centre: any direction
@@ -519,10 +491,7 @@ def _bounded(speed: float, most: float, seconds: float, change: float, jerk: flo
 def _speed_back(
     view: View, robot: Embodiment, clearance: Clearance, is_loaded: bool, child: Vector, limits: Limits
 ) -> float:
-    """Return the speed at which the base can leave a child straight and stop where there is room, m/s.
-
-    `child` is the unit vector towards it.
-    """
+    """Return the speed at which the base can leave a child, a unit vector away, and stop where there is room, m/s."""
     here, room = view.base[:2], 0.0
     hand = hand_offset(view, robot) if is_loaded else None
     for back in _BACK:

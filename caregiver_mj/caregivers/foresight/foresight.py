@@ -44,10 +44,10 @@ REGRETS = 30
 class ForesightCaregiver(Caregiver):
     """Takes the option with the least expected damage, later interventions included.
 
-    It keeps a belief over each child's toy bin and epsilon, updated by the child's moves. A `ValueTable` holds the
-    expected damage for each of them; the belief weighs these and the children's are added up (QMDP: Littman, Cassandra
-    and Kaelbling 1995). For unseen children it also averages over their possible cells and adds the cost of not seeing
-    them (`regret`), so that it looks for a child where information is worth more than action.
+    It believes in each child's toy bin and epsilon as far as the child's moves speak for them. Expected damages, from a
+    `ValueTable`, are averaged by this belief and summed over the children (QMDP: Littman, Cassandra and Kaelbling
+    1995). With unseen children it also averages over their cells, and adds the cost of not seeing them (`regret`), so
+    that it looks for a child where information is worth more than action.
 
     A child that moves like none of its models (`Belief.understood`) is left to the rule, equation (2). So is a house
     too large for a table, with P(reach) from the belief.
@@ -195,10 +195,7 @@ class ForesightCaregiver(Caregiver):
         return options
 
     def expected_damage(self, percept: Percept, worlds: np.ndarray) -> np.ndarray:
-        """Return the expected discounted damage to come after the caregiver's last action in a timestep, (W,).
-
-        All candles are on tables in these worlds.
-        """
+        """Return the expected damage to come after a timestep's last action, (W,), with all candles on tables."""
         nothing_left = dataclasses.replace(percept, time_left=np.zeros(len(percept.caregiver_cell)))
         return self.options(nothing_left, worlds).damage.min(axis=1)
 
@@ -267,8 +264,8 @@ def each_on_a_table(plan: FloorPlan, percept: Percept) -> Percept:
 class KnowsGoalCaregiver(ForesightCaregiver, PrivilegedCaregiver):
     """The planner with privileged knowledge of each child's toy bin and epsilon, but not of its kind or random stream.
 
-    It is no bound: its planner makes the same approximations. An epsilon between two of the planned ones is believed to
-    be either, with the right mean.
+    It is no bound, as it makes the same approximations. An epsilon between two planned ones is believed to be either,
+    with the right mean.
     """
 
     def hear(self, truth: Truth) -> None:

@@ -176,7 +176,7 @@ class Sums:
     def _wait(
         self, layout: np.ndarray, child: np.ndarray, cell: np.ndarray, left: np.ndarray, belief: np.ndarray
     ) -> None:
-        """Add the expected damage of waiting in each cell from the child's next move on."""
+        """Add the expected damage with the caregiver in each cell at the child's next move."""
         state, there, before, share = self.motion.waits(child, cell, left)
         near = np.zeros(self.near.shape, bool)
         near[state, there] = True
@@ -243,10 +243,8 @@ def regret(parts: Sequence[tuple[Cases, Sums]], seen: np.ndarray, timesteps: int
     cells, not the best for its actual cell. The difference in damage, its regret, counts for a number of timesteps:
     with the present view until the option has taken the caregiver to its place, then with the view from there.
 
-    Args:
-        parts: Cases and expected damage of each child, in the same W worlds.
-        seen: Whether each free cell is visible from each of the caregiver's, bool (caregiver cells, free cells).
-        timesteps: Timesteps that count.
+    `parts` are cases and expected damage of each child, in the same W worlds; `seen` tells whether each free cell is
+    visible from each of the caregiver's, bool (caregiver cells, free cells).
     """
     _, one = parts[0]
     place, moves = one.ends()

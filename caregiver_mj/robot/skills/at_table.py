@@ -30,7 +30,7 @@ _HOVER_BEYOND = 0.02  # m; overshoot of the base with which the hand may still h
 _ASIDE_GAP, _AT_ONCE_GAP = 0.9, 0.3
 _PAST_CANDLE = 100.0  # cells; detour worth taking to not reach over another candle
 _CHILD_SOON = 0.5  # s; time within which a walking child may be in the hand's way
-_ON_PATH = 0.008  # m; deviation from the path up to which the base arrives as planned while the hand comes down
+_ON_PATH = 0.008  # m; deviation from its path up to which a base arrives as planned while the hand comes down
 _LATE = 0.03  # s; age of observations up to which the hand may come down before the base rests
 _AS_USUAL = 0.01  # m; excess of a table's height that makes no difference
 _CHILD_COMES = 0.4  # m; approach of a child during the base's final turn
@@ -107,7 +107,6 @@ class AtTable(Skill):
         return cell not in self._held_up_at
 
     def _stands(self, view: View) -> list[Cell]:
-        """Return the possible stands."""
         return [cell for cell in self._beside if self._may_stand(view, cell)]
 
     @abc.abstractmethod

@@ -111,7 +111,6 @@ class Close(Skill):
         return Status.COMMITTED
 
     def _go_on(self, view: View, robot: RobotMotion) -> Status:
-        """Choose the next stage after a pose."""
         if self._at == self._closing.path.goal:
             robot.reach_along(self._closing.path)
             return Status.DONE if view.closed_gates[self.gate] else Status.FAILED
@@ -141,7 +140,6 @@ class Close(Skill):
         robot.reach_along(self._closing.path)
 
     def _come_back(self, robot: RobotMotion) -> Status:
-        """Go back one pose."""
         if self._at == 0:
             return Status.FAILED
         if self._at == 2:

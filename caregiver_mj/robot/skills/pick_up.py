@@ -165,7 +165,6 @@ class PickUp(Reaching):
         return Status.COMMITTED
 
     def _lift(self, view: View, robot: RobotMotion) -> Status:
-        """Lift the thing into mid-air, if it comes with the hand."""
         if self._height(view.arm) > LOW and not self._is_in_hand(view):
             self._let_go(view, robot)
         elif self._goes_on(view, robot) and not self._way:
@@ -248,7 +247,6 @@ class PickUp(Reaching):
         self._since = -math.inf
 
     def _come_back(self, view: View, robot: RobotMotion) -> Status:
-        """Tuck the arm, and look again."""
         if self._goes_on(view, robot) and not self._way:
             self._stage, self._stance = self._approach, None
             self._failures += 1  # no failure if it is in the tray
@@ -285,10 +283,7 @@ class PickUp(Reaching):
         )
 
     def _child_at_tray(self, view: View, near: float, seconds: float) -> bool:
-        """Return whether a child is, or can be within `seconds`, near the hand's way between mid-air and tray.
-
-        It cannot if the base is in between.
-        """
+        """Return whether a child, unless behind the base, is or can soon be near the hand's way to the tray."""
         way = [geometry.to_world(view.base, place) for place in _way_to_tray(arm_of(self.embodiment))]
         near, middle = near + view.unsure, way[len(way) // 2]
         for child in view.children:

@@ -34,10 +34,7 @@ _FULL_TIME = 1.7  # s; wait at a table without room: one novice timestep
 
 
 class Place(AtTable):
-    """Puts the candle in the hand down on a table: at its centre, or beside other things.
-
-    After a failure the candle is still in the hand.
-    """
+    """Puts the candle in the hand down on a table, at or near its centre; keeps it in the hand after a failure."""
 
     def __init__(self, navigator: Navigator, candle: int, table: int):
         super().__init__(navigator, candle, table, loaded=True)

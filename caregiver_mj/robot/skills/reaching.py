@@ -71,12 +71,10 @@ class Reaching(Skill):
         return self._child_within(view, _CHILD_COMES, _COMES_SOON)
 
     def _is_alone(self, view: View) -> bool:
-        """Return whether no child is near the thing or the hand."""
         places = self._place(view), hand_position(view, self.embodiment)
         return min(view.child_distance(place[:2]) for place in places) > _CHILD_AWAY
 
     def _lies_still(self, view: View) -> bool:
-        """Return whether the thing has been still for a moment."""
         place = self._place(view)
         if np.abs(place - self._seen).max() > _SHIFT:
             self._seen, self._seen_since = place.copy(), view.now

@@ -127,7 +127,6 @@ class Retrieve(Reaching):
         return Status.OUT_OF_REACH if self._stance is None and not holds else _unless_in_hand(holds)
 
     def _end(self, holds: bool) -> Status:
-        """Choose what to do with the arm tucked."""
         assert self._stance is not None  # of the reach
         if not self._withdraws:
             self.pitch_down, self._stance = self._stance.pitch_down, None
