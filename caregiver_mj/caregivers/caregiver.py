@@ -165,11 +165,7 @@ def first_of_greatest(score: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def answer(caregiver: Caregiver, percept: Percept) -> Interventions:
-    """Return a caregiver's decision, checked.
-
-    Raises:
-        CaregiverError: The answer is invalid for B worlds of its house.
-    """
+    """Return a caregiver's decision, or raise CaregiverError if it is invalid for B worlds of its house."""
     given, batch, who = caregiver.decide(percept), len(percept.child_cell), f"{type(caregiver).__name__}.decide"
     if not isinstance(given, Interventions) or np.shape(given.verb) != (batch,):
         raise CaregiverError(f"{who} must answer with Interventions for {batch} worlds, got {given!r}")

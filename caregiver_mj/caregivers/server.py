@@ -99,11 +99,7 @@ class Queries:
         )
 
     def record(self) -> dict[str, Any]:
-        """Return the settings that answers depend on, as JSON.
-
-        Raises:
-            CaregiverError: The address may hold a secret.
-        """
+        """Return the settings that answers depend on, as JSON; raise CaregiverError if they may hold a secret."""
         check_no_secret(f"base_url, or {BASE_URL} of the environment,", self.base_url)
         return {name: value for name, value in vars(self).items() if name != "folder"}
 

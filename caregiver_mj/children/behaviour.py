@@ -47,11 +47,7 @@ class Behaviour(abc.ABC):
                 setattr(cls, name, _checked(name, method))
 
     def __init__(self, plan: FloorPlan, epsilon: float):
-        """Prepare a behaviour for a house, with a share of random moves.
-
-        Raises:
-            CaregiverError: Epsilon is not in [0, 1].
-        """
+        """Prepare a behaviour for a house; raise CaregiverError unless epsilon is in [0, 1]."""
         self.plan = plan
         self.epsilon = check_epsilon(epsilon)
 

@@ -145,11 +145,7 @@ class ChildGroup:
                 child.check()
 
     def make(self, plan: FloorPlan) -> tuple[Behaviour, ...]:
-        """Make the behaviour of each child.
-
-        Raises:
-            CaregiverError: The group is invalid, or made for another house.
-        """
+        """Make the behaviour of each child; raise CaregiverError if the group is invalid, or for another house."""
         self.check()
         check_different([self])
         made = tuple(child.make(plan) if isinstance(child, ChildSpec) else child for child in self.children)

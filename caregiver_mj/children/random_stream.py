@@ -31,11 +31,7 @@ def random_state(random: Random) -> np.random.RandomState:
 
 @dataclasses.dataclass(frozen=True)
 class RandomStream:
-    """The uniform draws of one child in one episode.
-
-    They do not depend on events: a stream gives the same child alone and with any caregiver, in the grid and in the
-    house.
-    """
+    """The uniform draws of one child in one episode: the same alone and with any caregiver, in grid and house."""
 
     start: np.ndarray  #: draws for the start cells of child and caregiver, and for the first bin, (3,)
     #: draws of every timestep: whether the move is random, the move, and the next bin, (timesteps, 3)
@@ -44,11 +40,7 @@ class RandomStream:
 
     @classmethod
     def draw(cls, random: Random, timesteps: int = EPISODE_TIMESTEPS) -> RandomStream:
-        """Draw the stream of a single child.
-
-        Raises:
-            CaregiverError: As of `random_state`.
-        """
+        """Draw the stream of a single child, with the errors of `random_state`."""
         random = random_state(random)
         draws = random.random_sample((timesteps + 1, 3))
         return cls(draws[0], draws[1:], int(random.randint(2**31 - 1)))

@@ -244,11 +244,7 @@ class Hazards(Sequence[Hazard]):
         return float(self.damage[slice(*self._spans[where])].max(initial=0.0))
 
     def number(self, where: Where, index: _Number) -> _Number:
-        """Return the numbers of hazards, given their indices among those in one place.
-
-        Raises:
-            CaregiverError: An index is out of range.
-        """
+        """Return the numbers of hazards by their indices in one place; raise CaregiverError if one is out of range."""
         first, end = self._spans[where]
         wrong = np.less(index, NOTHING) | np.greater_equal(index, end - first)
         if wrong.any():

@@ -116,11 +116,7 @@ class Arm:
         raise CaregiverError(f"the arm cannot reach {position[0]:.3f} m ahead at a height of {position[2]:.3f} m")
 
     def solve_nearest(self, position: np.ndarray, rotation: np.ndarray, guesses: Sequence[np.ndarray]) -> np.ndarray:
-        """Solve for a pose from the first successful of some guesses.
-
-        Raises:
-            CaregiverError: The arm cannot reach that pose, or from none of them.
-        """
+        """Return `solve_pose` from the first successful guess, or raise CaregiverError if there is none."""
         for guess in guesses[:-1]:
             with contextlib.suppress(CaregiverError):
                 return self.solve_pose(position, rotation, guess)

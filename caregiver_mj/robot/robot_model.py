@@ -36,11 +36,7 @@ class RobotModel:
     """A robot's model, as the source of numbers that need not be given again."""
 
     def __init__(self, file: Traversable, names: Names):
-        """Read the model.
-
-        Raises:
-            CaregiverError: It lacks a named part.
-        """
+        """Read the model, or raise CaregiverError if it lacks a named part."""
         spec = read_spec(file)
         add_tray(spec)
         self._model, self._names, self._file = spec.compile(), names, file

@@ -162,11 +162,7 @@ class Close(Skill):
 
 @functools.cache
 def closing(arm: Arm) -> Closing:
-    """Return a robot's plan to close a gate.
-
-    Raises:
-        CaregiverError: Its arm cannot.
-    """
+    """Return a robot's plan to close a gate, or raise CaregiverError if its arm cannot."""
     way = _way()
     for base, radius in itertools.product(_STANDS, _FROM_HINGE):
         poses = [arm.tucked]
