@@ -44,7 +44,7 @@ REGRETS = 30
 class ForesightCaregiver(Caregiver):
     """Takes the option with the least expected damage, later interventions included.
 
-    It believes in each child's toy bin and epsilon as far as the child's moves speak for them. Expected damages, from a
+    It updates a belief over each child's toy bin and epsilon by the child's moves. Expected damages, from a
     `ValueTable`, are averaged by this belief and summed over the children (QMDP: Littman, Cassandra and Kaelbling
     1995). With unseen children it also averages over their cells, and adds the cost of not seeing them (`regret`), so
     that it looks for a child where information is worth more than action.
