@@ -98,7 +98,7 @@ def unpacked(text: str) -> dict[str, np.ndarray]:
             if (size := sum(member.file_size for member in members)) > LARGEST_ARRAYS:
                 raise ValueError(f"they must come to at most {LARGEST_ARRAYS:,} bytes, got {size:,}")
             return {member.filename.removesuffix(_SUFFIX): _array(file.read(member)) for member in members}
-    except Exception as error:  # a stranger's text may be encrypted, hold no arrays, or exceed memory
+    except Exception as error:  # an untrusted text may be encrypted, hold no arrays, or exceed memory
         raise CaregiverError(f"the answers of a caregiver cannot be read: {plain(error)}") from None
 
 

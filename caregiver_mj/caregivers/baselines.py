@@ -19,10 +19,7 @@ EPSILON = 0.5  # of the novice that `childproof` expects
 
 
 class RandomCaregiver(Caregiver):
-    """Draws a hazard worth protecting from in every novice timestep.
-
-    Drawing at every action would make it turn round before it gets anywhere.
-    """
+    """Draws a hazard worth protecting from in every novice timestep; drawn more often, it would never arrive."""
 
     def __init__(self, plan: FloorPlan, seed: int = 0):
         super().__init__(plan, seed)
@@ -77,7 +74,7 @@ class GuardCaregiver(Caregiver):
 
 
 class NearestFirstCaregiver(GuardCaregiver):
-    """Removes all hazards that it can, the nearest first, regardless of the children; then guards stairs.
+    """Removes hazards, the nearest first, regardless of the children; then guards stairs.
 
     It closes gates, picks up things on the floor, and takes things on tables to the table with the fewest cells beside
     it. It guards the stairwell of `GuardCaregiver`.
@@ -131,7 +128,7 @@ class NearestFirstCaregiver(GuardCaregiver):
 
 
 class ChildproofCaregiver(NearestFirstCaregiver):
-    """Puts candles where a novice is least likely to bump into them, before it comes in.
+    """Puts candles on the tables that a novice is least likely to bump into, before it comes in.
 
     Then it closes gates and picks up things on the floor, the nearest first, and guards stairs.
     """
@@ -139,7 +136,7 @@ class ChildproofCaregiver(NearestFirstCaregiver):
     def __init__(self, plan: FloorPlan, seed: int = 0):
         super().__init__(plan, seed)
         chosen = np.argsort(table_exposure(plan), kind="stable")[: len(plan.candle_tables)].tolist()
-        # A candle on a chosen table stays; the others take the remaining ones in turn.
+        # A candle on a chosen table stays; the others fill the remaining tables in turn.
         left = iter([table for table in chosen if table not in plan.candle_tables])
         self._tables = np.array([table if table in chosen else next(left) for table in plan.candle_tables], int)
 
@@ -152,9 +149,9 @@ class ChildproofCaregiver(NearestFirstCaregiver):
 
 
 def table_exposure(plan: FloorPlan, epsilon: float = EPSILON, timesteps: int = EPISODE_TIMESTEPS) -> np.ndarray:
-    """Return the expected bumps of a novice into each table in an episode, if nobody is in its way: exact, (tables,).
+    """Return the exact expected bumps of an undisturbed novice into each table in an episode, (tables,).
 
-    The novice is a Markov chain on pairs of its cell and its bin. It starts in any of them with equal probability.
+    The novice is a Markov chain on pairs of its cell and its bin, all equally likely at the start.
     """
     next_cell, target, index = plan.graph.moves
     reaches = np.where(target == Target.BIN, index, NOTHING)[..., None] == np.arange(len(plan.bins))
@@ -165,16 +162,16 @@ def table_exposure(plan: FloorPlan, epsilon: float = EPSILON, timesteps: int = E
 
 
 class WandererCaregiver(RandomCaregiver):
-    """Draws a hazard at random, and another when it is done with the first.
+    """Draws a random hazard, and another when it is done with the first.
 
-    It is done when it stands in the stairwell, when the candle stands on another table, or when the hazard is no longer
+    It is done when it stands in the stairwell, when the candle is on another table, or when the hazard is no longer
     worth protecting from.
     """
 
     def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
         super().reset(batch, seeds, children)
         self._target = np.full(batch, NOTHING)
-        self._table = np.full(batch, NOTHING)  # of the candle when it was drawn
+        self._table = np.full(batch, NOTHING)  # the candle's table when it was drawn
 
     def choose(self, percept: Percept) -> np.ndarray:
         drawn, goes_on = super().choose(percept), self._goes_on(percept)
@@ -191,12 +188,12 @@ class WandererCaregiver(RandomCaregiver):
         stairwell, candle = (hazards.among(where, target) for where in (Where.OPENING, Where.ON_TABLE))
         there = (stairwell != NOTHING) & (percept.caregiver_cell == len(self.plan.free_cells) + stairwell)
         moved = (candle != NOTHING) & (table != NOTHING) & (table != self._table)
-        held = (candle != NOTHING) & (candle == percept.holding)  # not worth protecting from, but to be put down
+        held = (candle != NOTHING) & (candle == percept.holding)  # must be put down, worth protecting from or not
         worth = self.worth_protecting(percept)[worlds, target] | held
         return (target != NOTHING) & worth & ~there & ~moved
 
     def _table_of(self, hazard: np.ndarray, percept: Percept) -> np.ndarray:
-        """Return the tables of hazards, (B,); NOTHING for stairwells, and for candles on no table."""
+        """Return the table of each hazard, (B,); NOTHING for stairwells and candles on no table."""
         candle = self.plan.hazards.among(Where.ON_TABLE, hazard)
         if percept.candle_table.shape[1] == 0:
             return np.full(len(hazard), NOTHING)

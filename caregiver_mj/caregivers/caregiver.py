@@ -1,7 +1,7 @@
-"""The base class of caregivers, which works in the grid and in the house alike.
+"""The base class of caregivers, for grid and house.
 
-A world gives it a `Percept` and carries out the `Interventions` that it returns. Both hold a batch of worlds, so that
-the grid can run thousands of episodes at once; the house is a batch of one.
+A world gives the caregiver a `Percept` and carries out the `Interventions` that it returns. Both hold a batch of
+worlds: thousands of episodes in the grid, one in the house.
 """
 
 from __future__ import annotations
@@ -113,30 +113,22 @@ class Caregiver(abc.ABC):
         hazard = check_numbers(who, hazard, len(percept.child_cell), NOTHING, len(hazards) - 1)
         if self.followers is not None:
             hazard = np.where(self.followers.there, NOTHING, hazard)
-        verb = np.append(hazards.verb, self.idle_verb)[hazard]  # the last one is for NOTHING
+        verb = np.append(hazards.verb, self.idle_verb)[hazard]
         candle, destination = hazards.among(Where.ON_TABLE, hazard), np.full(len(hazard), NOTHING)
         if (candle != NOTHING).any():
             destination = np.where(candle != NOTHING, self.destination(percept, candle), NOTHING)
         return Interventions(verb, hazard, destination)
 
     def destination(self, percept: Percept, candle: np.ndarray) -> np.ndarray:
-        """Choose the table for a candle: the bare one with the longest way from its nearest child.
-
-        Args:
-            percept: The percept at the time of the choice.
-            candle: Index of the candle for each world, (B,).
-
-        Returns:
-            Table indices (B,).
-        """
+        """Choose the table for a candle (B,), (B,): the bare one with the longest way from its nearest child."""
         distance = self.table_distances[percept.child_cell].min(axis=1)
         return np.where(bare_tables(percept.candle_table, len(self.plan.tables)), distance, -np.inf).argmax(axis=1)
 
     def worth_protecting(self, percept: Percept) -> np.ndarray:
         """Return whether the caregiver can do something about each hazard, bool (B, hazards).
 
-        True for every stairwell, every candle that would be farther from the nearest child on a bare table, and every
-        thing that still lies on the floor; False for hazards out of reach.
+        It can about every stairwell, every candle that would be farther from the nearest child on a bare table, and
+        every thing still on the floor, but not about hazards in cooldown.
         """
         table = percept.candle_table
         distance = self.table_distances[percept.child_cell].min(axis=1)
@@ -149,7 +141,7 @@ class Caregiver(abc.ABC):
     def hazard_distances(self, percept: Percept) -> np.ndarray:
         """Return the novice timesteps from each child to each hazard, (B, K, hazards).
 
-        Infinite for one that is carried or gone. A child collides with a thing on the floor by entering its cell.
+        Infinite for a carried or removed one. A child collides with a thing on the floor by entering its cell.
         """
         cell, table = percept.child_cell, percept.candle_table
         candles = np.where(table[:, None] == NOTHING, np.inf, self.table_distances[cell[..., None], table[:, None]])
@@ -164,10 +156,7 @@ class Caregiver(abc.ABC):
 def first_of_greatest(score: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the first hazard of the greatest score (NOTHING if there are none), and that score, both (B,).
 
-    Scores that differ by rounding only count as equal.
-
-    Args:
-        score: A number of at least 0 for each hazard, (B, hazards).
+    Scores, (B, hazards), are at least 0; those that differ by rounding only count as equal.
     """
     if score.shape[1] == 0:
         return np.full(len(score), NOTHING), np.zeros(len(score))
@@ -176,11 +165,7 @@ def first_of_greatest(score: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def answer(caregiver: Caregiver, percept: Percept) -> Interventions:
-    """Return a caregiver's decision, checked.
-
-    Raises:
-        CaregiverError: The answer is invalid for B worlds of its house.
-    """
+    """Return a caregiver's decision, or raise CaregiverError if it is invalid for B worlds of its house."""
     given, batch, who = caregiver.decide(percept), len(percept.child_cell), f"{type(caregiver).__name__}.decide"
     if not isinstance(given, Interventions) or np.shape(given.verb) != (batch,):
         raise CaregiverError(f"{who} must answer with Interventions for {batch} worlds, got {given!r}")
@@ -223,15 +208,15 @@ def check_numbers(what: str, numbers: np.ndarray, batch: int, least: int, most: 
 
 
 def starting_tables(plan: FloorPlan, caregiver: Caregiver | None, batch: int = 1) -> np.ndarray:
-    """Return the candles' tables at the start: those of the floor plan, or of the caregiver's `prepare`.
+    """Return the tables of the candles at the start: those of the floor plan, or of the caregiver's `prepare`.
 
     Args:
         plan: The house.
-        caregiver: The caregiver, after `reset` for as many episodes, or None.
-        batch: Number of episodes.
+        caregiver: The caregiver, after its `reset`, or None.
+        batch: B, the number of episodes.
 
     Returns:
-        Table indices, (episodes, candles).
+        Table indices, (B, candles).
 
     Raises:
         CaregiverError: The caregiver's answer is invalid.
@@ -253,7 +238,7 @@ class Future:
     """The children's next T moves if nobody stands in their way."""
 
     cell: np.ndarray  # cells after each move, (T, B, K)
-    # object that each move bumps into: stairwells first, then tables, or NOTHING, (T, B, K)
+    # object of each bump: stairwells first, then tables, or NOTHING, (T, B, K)
     object: np.ndarray
 
 
@@ -263,13 +248,13 @@ class Truth:
 
     goal: np.ndarray  # index of each child's toy bin, (B, K)
     epsilon: np.ndarray  # share of random moves of each child, (B, K)
-    # computes the rest of the episode; None in a world that cannot
+    # computes the rest of the episode; None if the world cannot
     future: Callable[[], Future] | None = None
 
 
 class PrivilegedCaregiver(abc.ABC):
-    """A caregiver that receives the truth, which bypasses the percept: an upper bound for the others."""
+    """A caregiver that receives the hidden state beside the percept: an upper bound for the others."""
 
     @abc.abstractmethod
     def hear(self, truth: Truth) -> None:
-        """Receive the truth after the children's last moves: once a timestep, after `watch`."""
+        """Receive the hidden state once a timestep, after the children's moves and `watch`."""

@@ -49,7 +49,7 @@ class CommandedCaregiver(Caregiver):
 
     def choose(self, percept: Percept) -> np.ndarray:
         worth = self.worth_protecting(percept)
-        worth = np.column_stack([worth, np.ones(len(worth), bool)])  # the last one is NOTHING
+        worth = np.column_stack([worth, np.ones(len(worth), bool)])  # last: NOTHING
         return np.where(worth[np.arange(len(worth)), self.targets], self.targets, NOTHING)
 
 
@@ -82,7 +82,7 @@ class TargetPolicy(CommandedCaregiver, abc.ABC):
 
         Args:
             observations: A dictionary of arrays (B, ...), or one array (B, numbers).
-            masks: Whether each action has an effect, bool (B, actions). One without counts as 0.
+            masks: Whether each action has an effect, bool (B, actions); others count as 0.
 
         Returns:
             Actions (B,): 0 for nothing, else 1 plus the number of a slot: stairwells, then things to carry, then things

@@ -1,10 +1,10 @@
 """The learned caregiver: a small network that imitates `foresight`.
 
-`scripts/train.py` trains it; here it runs on NumPy alone, with the weights in `learned.npz`. The options are an
-opening, a candle and a table for it, a thing on the floor, to stand aside, and to stay. Their features are the expected
+`scripts/train.py` trains it; here it runs on NumPy alone, with the weights in `learned.npz`. Its options are: an
+opening; a candle and a table for it; a thing on the floor; standing aside; staying. Their features are the expected
 damage of the option's hazard, and of the others meanwhile, by the belief of `foresight`; the robot's durations; and the
-value that a planner without candles, which has a single layout, gives to the robot's next place. The network scores
-each option together with the mean of all, so that it serves houses with any number of hazards.
+value of the robot's next place in a planner without candles, which has a single layout. The network scores each option
+together with the mean of all, so that any number of hazards is possible.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, Where
 
 # Objective of the training: a denied move costs four fifths of its price in `foresight`.
 OBJECTIVE = Objective(price=1.2, random_price=0.24)
-LOYAL = 0.5  # score by which another option must exceed the present one
+LOYAL = 0.5  # score; least advantage of another option over the present one
 _WITHIN = np.array([1, 2, 3, 5, 8, 12, 20, 30])  # novice timesteps; horizons of expected damage
 _SHOWN = [0, 1, 3, 5]  # horizons that are features: unlimited, and 1, 3 and 8 timesteps
 _CANDLES = str.maketrans({kind.symbol: TABLE.symbol for kind in KINDS if kind.where is Where.ON_TABLE})
@@ -45,13 +45,10 @@ def shipped() -> Weights:
 
 
 def layers(net: Weights, rows: np.ndarray, worlds: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return the network's layers, and last the score of each option, (N,).
+    """Return the network's layers, the last of which is the score of each option, (N,).
 
-    Args:
-        net: The weights.
-        rows: Features of the options of B worlds, one world after the other, (N, features).
-        worlds: Features of the worlds, (B, features).
-        counts: Number of options of each world, (B,).
+    `rows` are features of the options, one world after the other, (N, features), `worlds` those of the worlds, (B,
+    features), and `counts` the numbers of options in each world, (B,).
     """
     first = np.cumsum(counts) - counts
     x = np.clip((rows - net["mean"]) / net["spread"], -6.0, 6.0)
@@ -66,7 +63,7 @@ def layers(net: Weights, rows: np.ndarray, worlds: np.ndarray, counts: np.ndarra
 def _prospects(plan: FloorPlan) -> np.ndarray:
     """Return the expected bumps into openings, tables and things on the floor, (cells, G E, (1 + horizons) places).
 
-    The values are the discounted number of bumps, then the probability of one within each horizon.
+    First their discounted number, then the probability of one within each horizon.
     """
     chain, things, discount = child_chain(plan), plan.floor_cells, OBJECTIVE.discount
     found = [expected_hits(chain, discount), discounted_entry(chain, things, discount)]
@@ -76,7 +73,7 @@ def _prospects(plan: FloorPlan) -> np.ndarray:
 
 
 def _ways(plan: FloorPlan, pace: Pace) -> Motion:
-    """Return its motion: as in the grid, where it is trained, without slowing down beside a child."""
+    """Return its motion model: that of the grid, its training world, where a child beside it does not slow it down."""
     return motion(plan, dataclasses.replace(pace, beside=()))
 
 
@@ -84,8 +81,8 @@ def _ways(plan: FloorPlan, pace: Pace) -> Motion:
 def _without_candles(plan: FloorPlan, pace: Pace) -> tuple[np.ndarray, np.ndarray]:
     """Return the damage to come without candles, and the goals and epsilons of its last dimension, (J,).
 
-    The damage is (sets of shut gates, 1 + things, C R, J), as in `ValueTable`: at best, and if the robot goes for each
-    thing on the floor. It is zero for a house that is too large for the tables.
+    The damage is (sets of shut gates, 1 + things, C R, J): `ValueTable.value`, then `ValueTable.going` of each thing on
+    the floor. It is zero for a house too large for tables.
     """
     bare = dataclasses.replace(plan, rows=tuple(row.translate(_CANDLES) for row in plan.rows))
     if candles_at_a_time(bare) < 0:
@@ -101,14 +98,15 @@ def _without_candles(plan: FloorPlan, pace: Pace) -> tuple[np.ndarray, np.ndarra
 
 
 class LearnedCaregiver(Caregiver):
-    """Takes the option with the highest score, and reconsiders when the children have moved or it is done.
+    """Takes the option with the highest score, and reconsiders after every move of the children or once it is done.
 
     Attributes:
         net: Its weights; None for `shipped`.
-        hazard: The hazard of each option, NOTHING for the last two: to stand aside, and to stay.
-        table: The table to which each option takes a candle, or NOTHING; `pair` marks these, `candle` is the candle.
-        of: The hazard of each option, for the last two the number of hazards; `thing` the one on the floor, or NOTHING.
-        kind, more: Features: the kind of each option, and the damage of each hazard.
+        hazard: Hazard of each option, NOTHING for the last two: to stand aside, and to stay.
+        table: Destination of each relocation, else NOTHING; `pair` marks relocations, `candle` is the candle.
+        of: Hazard of each option, for the last two the number of hazards; `thing` the one on the floor, or NOTHING.
+        kind: Features of each option's kind.
+        more: Damage of each hazard; for one on a table, beyond the bare table's.
         apart: Steps between the caregiver's cells.
         followers: Detects followers; also holds the belief about the children.
     """
@@ -130,7 +128,6 @@ class LearnedCaregiver(Caregiver):
         self.of = np.append(self.hazard[:-2], [len(hazards)] * 2)
         is_thing = self.hazard >= openings + candles
         self.thing = np.where(is_thing, self.hazard - openings - candles, NOTHING)
-        # Damage of each hazard; on a table, the excess over the bare table's.
         self.more = hazards.damage - hazards.weights[TABLE.name] * hazards.are_at(Where.ON_TABLE, each)
         opens = (self.hazard >= 0) & (self.hazard < openings)
         gate, idle = opens & (self.hazard >= len(plan.landings)), np.eye(len(self.hazard))[:, -2:]
@@ -167,7 +164,7 @@ class LearnedCaregiver(Caregiver):
     def judged(self, options: np.ndarray, world: np.ndarray, there: np.ndarray) -> np.ndarray:
         """Return the scores from the result of `features`."""
         score = np.full(there.shape, -np.inf)
-        # Rounded, because sums may differ in another batch.
+        # rounded: sums may depend on the batch
         score[there] = layers(self.net or shipped(), options[there], world, there.sum(axis=1))[-1].round(9)
         return score
 
@@ -189,16 +186,13 @@ class LearnedCaregiver(Caregiver):
         return there
 
     def features(self, percept: Percept, worlds: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return features of the options, (W, options, features), and of the worlds, and which options there are.
-
-        All candles must be on tables in these worlds, (W,).
-        """
+        """Return features of options, (W, options, features), and of worlds, and which options are possible."""
         look = _Look(self, percept, worlds)
         return look.options(), look.world(), look.there
 
 
 class _Look:
-    """What the features are made of: W worlds, as they are seen now."""
+    """Inputs of the features: the present state of W worlds."""
 
     def __init__(self, caregiver: LearnedCaregiver, percept: Percept, worlds: np.ndarray):
         self.by, self.plan, self.count = caregiver, caregiver.plan, len(worlds)
@@ -212,7 +206,7 @@ class _Look:
         shut = np.zeros((self.count, openings), bool) if percept.shut is None else percept.shut[worlds]
         self.gates = shut[:, len(plan.landings) :] @ (1 << np.arange(len(plan.mouths)))
 
-        # Expected damage of each place, of the hazard there, and with the candle on the other table.
+        # Expected damage of each option's hazard, and its decrease by the option.
         belief = caregiver.followers.belief.probability[worlds]
         self.epsilon, self.wants = belief.sum(axis=2).mean(axis=1), belief.reshape(*self.child.shape, 1, -1)
         prospects = _prospects(plan)
@@ -228,14 +222,14 @@ class _Look:
         alive = np.ones((self.count, hazards), bool)
         if percept.out_of_reach is not None:
             alive = ~percept.out_of_reach[worlds]
-        self.now = np.zeros((self.count, 1 + len(_WITHIN), hazards + 1))  # the last one is for idling
+        self.now = np.zeros((self.count, 1 + len(_WITHIN), hazards + 1))  # last: idling
         self.now[..., :-1] = np.take_along_axis(expected, place[:, None], axis=2) * (more * alive)[:, None]
         self.before, self.gain = self.now[..., caregiver.of], self.now[..., caregiver.of]
         self.gain[..., pair] -= expected[..., openings + caregiver.table[pair]] * more[caregiver.hazard[pair]]
         self._time()
 
     def _time(self) -> None:
-        """Compute the times to get there and to be done, and the places at the next move and at the end."""
+        """Compute each option's durations, and its places at the next move and at the end."""
         by, pace, ways, pair = self.by, self.by.pace, _ways(self.plan, self.by.pace), self.by.pair
         near = by.apart[self.cell[:, None], self.child]
         self.near, here, left = near.min(axis=1), self.cell[:, None], self.left[:, None]
@@ -259,7 +253,7 @@ class _Look:
 
     @functools.cached_property
     def planned(self) -> list[np.ndarray]:
-        """Values without candles: after going there, at its end, (W, options) each; if it stays, (W, 1)."""
+        """Values without candles: at the next move and at the end of each option, (W, options), and staying, (W, 1)."""
         value, possible = _without_candles(self.plan, self.by.pace)
         cells = np.concatenate([self.after, self.end, self.cell[:, None]], axis=1)[:, None]
         cells = cells + self.child[:, :, None] * len(self.plan.caregiver_cells)
@@ -280,7 +274,7 @@ class _Look:
         return best
 
     def afterwards(self) -> list[np.ndarray]:
-        """Return the damage of the other hazards until the robot gets to them afterwards, and the possible gains."""
+        """Return the damage of other hazards until the robot gets to them after each option, and the possible gains."""
         ways = _ways(self.plan, self.by.pace)
         target = np.concatenate([self.table + len(ways.posts), np.tile(ways.floor, (self.count, 1))], axis=1)
         onwards = ways.open_distance[target.astype(int)[:, None], self.end[..., None]] / self.by.pace.cells
@@ -328,14 +322,13 @@ class _Look:
 
 
 def _log(damage: np.ndarray) -> np.ndarray:
-    """Return damage on a logarithmic scale."""
     return np.log1p(100.0 * np.maximum(damage, 0.0)) / 3.0
 
 
 def _within(harm: np.ndarray, moves: np.ndarray) -> np.ndarray:
-    """Return the expected damage within some moves, (B, ...), from that within each horizon, (B, horizons, ...)."""
+    """Return the expected damage within some moves, (B, ...), interpolated between horizons, (B, horizons, ...)."""
     moves = np.minimum(moves, _WITHIN[-1])
-    column = np.searchsorted(_WITHIN, moves)  # of the next horizon; linear interpolation in between
+    column = np.searchsorted(_WITHIN, moves)  # of the next horizon
     ends = np.append(_WITHIN, 0)
     share = (moves - ends[column - 1]) / (ends[column] - ends[column - 1])
     above = np.take_along_axis(harm, column[:, None] + 1, axis=1)[:, 0]

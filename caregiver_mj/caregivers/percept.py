@@ -16,7 +16,7 @@ from caregiver_mj.plans.cell_graph import CellGraph
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
-HORIZON = 15  # novice timesteps; enough to get anywhere and to move a candle in most houses
+HORIZON = 15  # novice timesteps; enough to move a candle in most houses
 _SURE = 0.9  # probability above which a child counts as following the caregiver
 
 
@@ -30,16 +30,13 @@ class Pace:
     start: float = 0.0  #: time lost on each way by starting and stopping
     close: float = 1.0  #: time to close the gate before it
     pick_up: float = 1.0  #: time to pick up a thing from the floor
-    #: time to walk into the next cell with a child some cells ahead (row) and to the side (column); 1 beyond these, and
-    #: with a child behind
+    #: time to walk into the next cell, by cells to a child ahead (row) and aside (column); 1 beyond, and with it behind
     beside: tuple[tuple[float, ...], ...] = ()
 
     def way(self, step: np.ndarray, child: np.ndarray) -> np.ndarray:
         """Return the time to walk into the next cell, (...).
 
-        Args:
-            step: Row and column of the next cell, relative to the present one, (..., 2).
-            child: Row and column of the child, relative to the present one, (..., 2).
+        Row and column of the next cell (`step`) and of the child are relative to the present cell, (..., 2).
         """
         ahead = (step * child).sum(axis=-1)
         if not self.beside:
@@ -72,7 +69,7 @@ class Percept:
         under_way: Number of the hazard under intervention, or NOTHING, (B,). None if not needed.
         belief: Belief about children that may be unseen: `child_cell` is then the most probable cell, and the last
             move NOTHING. None if all are always in view.
-        hears: Whether, with a candle in the hand, it considers stairwells, and puts the candle down sooner, (B,).
+        hears: Whether stairwells are valid targets with a candle in the hand, which is then put down sooner, (B,).
         frames: Renders the camera images, in a batch of one, by camera name, uint8 (240, 320, 3): the robot's `eye`
             and, with full sight, the `overview`. None in the grid.
     """
@@ -111,7 +108,7 @@ class Assessment:
     #: score that decides between hazards: their dangers, summed over the children and divided by the greatest
     #: 1 - P(safe) of any child, (B, hazards)
     urgency: np.ndarray
-    #: belief about the children and what follows from it, of a caregiver that looks ahead
+    #: belief about the children and its consequences, from a caregiver that looks ahead
     prediction: Prediction | None = None
 
 
@@ -190,13 +187,13 @@ class Prediction:
         return found
 
 
-# Made once for a chain.
+# cached, by chain
 _passages = functools.lru_cache(maxsize=4)(first_passage)
 _entries = functools.lru_cache(maxsize=4)(first_entry)
 
 
 class Followers:
-    """Detects children that follow the caregiver, and so come to every hazard that it goes to."""
+    """Detects children that follow the caregiver, and so would come along to every hazard."""
 
     def __init__(self, plan: FloorPlan, batch: int, children: int):
         self.belief = Belief(child_chain(plan), batch, children, CHANGE)

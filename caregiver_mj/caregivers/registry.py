@@ -25,7 +25,7 @@ from caregiver_mj.errors import CaregiverError, check_integer, check_kind, check
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.registry import Registry, check_call, errors_of, named_object
 
-PolicyMaker = Callable[[Any], Any]  # makes for an environment a policy: a function from a time step to an action
+PolicyMaker = Callable[[Any], Any]  # environment -> policy, a function from a time step to an action
 
 CAREGIVERS: Registry[type[Caregiver] | None] = Registry(
     "caregiver",
@@ -59,7 +59,7 @@ class _Policies(Registry[Any]):
 # Human players in a viewer: one chooses hazards, the other drives the robot.
 PLAYERS = PERSON, DRIVER = "person", "driver"
 RULE = ("expected-danger", "paper")  # names of the paper's caregiver
-ATTENTIVE = "attentive:"  # then the share of the time in which it looks and, after another colon, a caregiver's name
+ATTENTIVE = "attentive:"  # prefix of SHARE or SHARE:NAME, share of the time that it looks
 
 POLICIES: Registry[Any] = _Policies("policy", "caregiver_mj.policies", "", {})
 
@@ -99,12 +99,11 @@ def find_caregiver(
 
 
 def inner_name(name: str) -> str:
-    """Return the name of the caregiver that an attentive one acts as, and any other name as it is."""
+    """Return the name of an attentive caregiver's inner one; any other name unchanged."""
     return (name.removeprefix(ATTENTIVE).partition(":")[2] or RULE[0]) if name.startswith(ATTENTIVE) else name
 
 
 def _attentive(name: str) -> type[Caregiver]:
-    """Return the class of an attentive caregiver."""
     share, other = name.removeprefix(ATTENTIVE).partition(":")[0], inner_name(name)
     try:
         looks = float(share)
@@ -131,7 +130,7 @@ def is_caregiver(found: type[Caregiver] | PolicyMaker) -> TypeGuard[type[Caregiv
 
 
 def needs_pictures(name: str, queries: Queries = Queries()) -> bool:
-    """Return whether a caregiver or policy needs camera images: its class, or maker, has `needs_pictures = True`."""
+    """Return whether a caregiver or policy needs camera images: `needs_pictures = True` in its class or maker."""
     return bool(getattr(find_caregiver(name, queries=queries), "needs_pictures", False))
 
 

@@ -81,7 +81,7 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
         super().__init__(plan, seed)
         self.queries.check()
         self._timestep = plan.cell_size / WALKING_SPEED if self.queries.thinking == REAL_TIME else math.inf
-        self.server()  # raises now rather than at the first question
+        self.server()  # errors now, not at the first question
         lying = [plan.free_cells[cell] for cell in plan.floor_cells]
         cells = [*plan.stairwells, *[None] * len(plan.candle_tables), *lying]  # None: given by `candle_table`
         self._house = {
@@ -163,7 +163,7 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
     def _question(self, percept: Percept, world: int, allowed: np.ndarray) -> dict[str, Any]:
         seen, self._seen[world] = self._seen[world], []
         now = self._describe(percept, world)
-        if not (seen and now == seen[-1] | now):  # else equal to the percept after their last move
+        if not (seen and now == seen[-1] | now):  # else unchanged since their last move
             seen.append(now)
         question = {
             "house": self._house,
@@ -331,7 +331,6 @@ def _prompt() -> str:
 
 
 def _server(address: str, queries: Queries, key: str = "") -> Server:
-    """Return the client of a server."""
     proxies = tuple(sorted(urllib.request.getproxies().items()))
     return _server_of(address, queries.patience, queries.budget, key, proxies, os.getpid())
 

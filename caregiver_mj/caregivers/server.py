@@ -99,11 +99,7 @@ class Queries:
         )
 
     def record(self) -> dict[str, Any]:
-        """Return the settings that answers depend on, as JSON.
-
-        Raises:
-            CaregiverError: The address may hold a secret.
-        """
+        """Return the settings that answers depend on, as JSON; raise CaregiverError if they may hold a secret."""
         check_no_secret(f"base_url, or {BASE_URL} of the environment,", self.base_url)
         return {name: value for name, value in vars(self).items() if name != "folder"}
 
@@ -145,7 +141,7 @@ class Budget:
     def take(self) -> None:
         """Count a request before it is sent; raise BudgetError if the budget is used up."""
         self.check()
-        if self._append("calls", b".") > self.calls:  # another process took the last one meanwhile
+        if self._append("calls", b".") > self.calls:  # meanwhile another process took the last one
             raise BudgetError(f"the budget of {self.calls:g} calls is used up")
 
     def spend(self, tokens: int) -> None:

@@ -89,7 +89,7 @@ class Encoder:
         assert clock is not None
         assert under_way is not None
         plan, caregiver, batch = self._caregiver.plan, self._caregiver, len(percept.child_cell)
-        moves = np.concatenate([np.eye(len(ACTIONS)), np.zeros((1, len(ACTIONS)))])  # the last one is NOTHING
+        moves = np.concatenate([np.eye(len(ACTIONS)), np.zeros((1, len(ACTIONS)))])  # last: NOTHING
         held, mask = np.zeros((batch, len(plan.hazards)), bool), self.mask(percept)
         damage = np.tile(plan.hazards.damage / (plan.damage.worst or 1.0), (batch, 1))
         self._mark_held(held, percept)
@@ -113,8 +113,8 @@ class Encoder:
     def mask(self, percept: Percept) -> np.ndarray:
         """Return whether each action has an effect, int8 (B, actions).
 
-        These are 0, and the hazards that the caregiver can do something about; with a candle in the hand only that
-        candle, and stairwells where the percept `hears`.
+        Action 0 has, and hazards that the caregiver can do something about. With a candle in the hand only that candle
+        has, and stairwells where the percept `hears`.
         """
         worth, stairwells = self._caregiver.worth_protecting(percept), len(self._caregiver.plan.stairwells)
         carries = percept.holding != NOTHING
@@ -148,7 +148,7 @@ def places_needed(plans: Sequence[FloorPlan]) -> Places:
 
 
 def _enough(plan: FloorPlan, what: str, of: str, given: Any, needed: Sequence[int], *sizes: int) -> Sequence[int]:
-    """Return the given numbers if they suffice for a house, or its needs if None is given."""
+    """Return the given numbers, or a house's needs if None; raise CaregiverError if they are too small."""
     if given is None:
         return needed
     if not (isinstance(given, Sequence) and len(given) in sizes and all(isinstance(n, Integral) for n in given)):
@@ -161,14 +161,12 @@ def _enough(plan: FloorPlan, what: str, of: str, given: Any, needed: Sequence[in
 
 
 class Slots:
-    """So many places for stairwells, then for candles, then for what lies on the floor.
-
-    Those that a house has no hazard for stay empty.
+    """Numbered slots: so many for stairwells, then for candles, then for things on the floor. Surplus ones stay empty.
 
     Attributes:
         of_hazard: Slot of each hazard, (hazards,).
         hazard: Hazard in each slot, or NOTHING, (slots,).
-        shape: Rows and columns that a map has place for.
+        shape: Rows and columns of maps.
     """
 
     def __init__(self, plan: FloorPlan, slots: Places | None = None, shape: Sequence[int] | None = None):
@@ -217,7 +215,7 @@ class Slots:
 
     def actions(self, hazards: np.ndarray) -> np.ndarray:
         """Return the inverse of `targets`, (B,)."""
-        return np.concatenate([self.of_hazard + 1, [0]])[hazards]  # the last one is for NOTHING
+        return np.concatenate([self.of_hazard + 1, [0]])[hazards]  # last: NOTHING
 
 
 class PlanMap:
@@ -279,7 +277,7 @@ class PlanMap:
             drawn[worlds, self._child, self._cell[percept.child_cell]] = 1.0
         else:
             drawn[:, self._child[:, None], self._cell[: len(plan.free_cells)]] = percept.belief.presence.clip(0, 1)
-        for age, cells in reversed([*enumerate(trace)]):  # later ones cover earlier ones
+        for age, cells in reversed([*enumerate(trace)]):  # later traces cover earlier ones
             drawn[worlds, self._child + len(self._child), self._cell[cells]] = 1.0 - age / TRACE
         drawn[worlds[:, 0], -1, self._cell[percept.caregiver_cell]] = 1.0
         if not self._as_graph:

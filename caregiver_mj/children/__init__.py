@@ -1,1 +1,1 @@
-"""Children: who decides their moves, and how they walk."""
+"""Children: their behaviours and their walk."""

@@ -23,7 +23,7 @@ _OWN = __name__.partition(".")[0]
 
 @dataclasses.dataclass(frozen=True)
 class ChildPercept:
-    """Observation of a child in B episodes, when it chooses its move."""
+    """Observation of a child before its move, in B episodes."""
 
     cell: np.ndarray  #: index of its free cell, (B,)
     goal: np.ndarray  #: index of its toy bin, (B,)
@@ -36,13 +36,10 @@ class ChildPercept:
 
 
 class Behaviour(abc.ABC):
-    """Chooses the moves of one child, in a batch of episodes.
-
-    All its randomness comes from the given draws, so that an episode does not depend on its batch.
-    """
+    """Chooses the moves of one child in a batch of episodes; the given draws are its only randomness."""
 
     def __init_subclass__(cls, **options: Any) -> None:
-        """Add checks to the methods of a class of another package."""
+        """Check the methods' results if the class belongs to another package."""
         super().__init_subclass__(**options)
         for name in ("act", "epsilons", "reconsider", "next_bin"):
             method = cls.__dict__.get(name)
@@ -50,11 +47,7 @@ class Behaviour(abc.ABC):
                 setattr(cls, name, _checked(name, method))
 
     def __init__(self, plan: FloorPlan, epsilon: float):
-        """Prepare a behaviour for a house, with a share of random moves.
-
-        Raises:
-            CaregiverError: Epsilon is not in [0, 1].
-        """
+        """Prepare a behaviour for a house; raise CaregiverError unless epsilon is in [0, 1]."""
         self.plan = plan
         self.epsilon = check_epsilon(epsilon)
 
@@ -78,7 +71,7 @@ class Behaviour(abc.ABC):
         return np.full(batch, self.epsilon)
 
     def reconsider(self, goal: np.ndarray, draw: np.ndarray) -> np.ndarray:
-        """Return the toy bins to go to now, given the present ones and uniform draws for the next, (B,) each.
+        """Return the present toy bins, (B,), given the previous ones and uniform draws for the next, (B,) each.
 
         Called before every move: a child may change its goal before it arrives.
         """
@@ -90,7 +83,7 @@ class Behaviour(abc.ABC):
 
 
 def _checked(name: str, method: Callable[..., Any]) -> Callable[..., np.ndarray]:
-    """Wrap a method of a behaviour so that it raises CaregiverError unless it returns moves, bins or shares, (B,)."""
+    """Wrap a method so that it raises CaregiverError unless it returns valid moves, bins or shares, (B,)."""
 
     @functools.wraps(method)
     def checked(self: Behaviour, *given: Any, **named: Any) -> np.ndarray:

@@ -48,7 +48,7 @@ class ChildSpec:
         """Raise CaregiverError unless this is valid; imports the code of the behaviour."""
         check_epsilon(self.epsilon)
         check_kind("the name of a child", self.behaviour, str)
-        CHILDREN[self.behaviour]  # raises for an unknown name, or if its package fails to load
+        CHILDREN[self.behaviour]  # raises for unknown names and packages that fail to load
 
     def make(self, plan: FloorPlan) -> Behaviour:
         """Make its behaviour.
@@ -68,7 +68,7 @@ class ChildSpec:
         return share if self.behaviour == NOVICE else f"{self.behaviour}:{share}"
 
 
-MOST_CHILDREN = 100  # of a group; no house has room for more
+MOST_CHILDREN = 100  # children of a group; no house has room for more
 
 ChildrenLike: TypeAlias = "ChildGroup | ChildSpec | Behaviour | float | str"  # of one child, or of several
 
@@ -77,7 +77,7 @@ ChildrenLike: TypeAlias = "ChildGroup | ChildSpec | Behaviour | float | str"  # 
 class ChildGroup:
     """The children of a house."""
 
-    #: at least one. A behaviour may stand for a child, for a single one in a single house
+    #: at least one; a `Behaviour` object stands for one child in one house
     children: tuple[ChildSpec | Behaviour, ...] = (ChildSpec(),)
 
     @classmethod
@@ -115,7 +115,7 @@ class ChildGroup:
 
     @classmethod
     def named(cls, text: str, behaviour: str = NOVICE) -> ChildGroup:
-        """Parse a text like `parse`, without importing behaviours: a stranger's text may name any code.
+        """Parse a text like `parse`, but import no behaviours: an untrusted text may name any code.
 
         Raises:
             CaregiverError: The text is invalid.
@@ -145,11 +145,7 @@ class ChildGroup:
                 child.check()
 
     def make(self, plan: FloorPlan) -> tuple[Behaviour, ...]:
-        """Make the behaviour of each child.
-
-        Raises:
-            CaregiverError: The group is invalid, or made for another house.
-        """
+        """Make the behaviour of each child; raise CaregiverError if the group is invalid, or for another house."""
         self.check()
         check_different([self])
         made = tuple(child.make(plan) if isinstance(child, ChildSpec) else child for child in self.children)
@@ -178,7 +174,7 @@ class ChildGroup:
 
 
 def check_different(groups: Iterable[ChildGroup]) -> None:
-    """Raise CaregiverError if one behaviour object stands for two children, which would share its state."""
+    """Raise CaregiverError if one behaviour object, and its state, would be shared by two children."""
     seen: set[int] = set()
     for child in (child for group in groups for child in group.children):
         if isinstance(child, Behaviour):
@@ -241,7 +237,7 @@ def side_by_side(plan: FloorPlan, groups: Sequence[ChildGroup], episodes: int) -
     """Combine groups of the same size into one for a batch with `episodes` of each, one group after the other.
 
     Raises:
-        CaregiverError: The groups differ in size, or share a behaviour object; or as of `ChildGroup.make`.
+        CaregiverError: The groups differ in size, share a behaviour object, or are invalid as for `ChildGroup.make`.
     """
     if len({len(group) for group in groups}) > 1:
         raise CaregiverError(

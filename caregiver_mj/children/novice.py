@@ -1,4 +1,4 @@
-"""The novice, an epsilon-greedy toddler on its way from toy bin to toy bin, and experts, who never stray."""
+"""The novice, an epsilon-greedy toddler that goes from toy bin to toy bin, and the expert, which never strays."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.cell_graph import ACTIONS, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 
-EXPERT_TIMESTEPS = 1000  # moves of all trajectories together (paper, section V.C)
+EXPERT_TIMESTEPS = 1000  # total moves of the trajectories (paper, section V.C)
 
 
 class Novice(Behaviour):
     """The paper's novice.
 
-    With probability epsilon a move is uniformly random among the four; else it is drawn uniformly among the
-    moves that begin a shortest collision-free path to the current bin. (The paper's text writes epsilon for
-    the other share; its "75 % random" novice is epsilon = 0.75 here.)
+    With probability epsilon a move is uniformly random among the four; else uniformly random among those that begin a
+    shortest collision-free path to the current bin. (The paper's text calls the other share epsilon; its "75 % random"
+    novice is epsilon = 0.75 here.)
     """
 
     def __init__(self, plan: FloorPlan, epsilon: float):
@@ -32,7 +32,7 @@ class Novice(Behaviour):
         return np.where(at_random, pick(draws[:, 1], len(ACTIONS)), greedy)
 
     def ways(self, sight: ChildPercept) -> tuple[np.ndarray, np.ndarray]:
-        """Return the number of moves to draw from without randomness, (B,), and the moves, (B, 4), padded."""
+        """Return the number of greedy moves, (B,), and these, (B, 4), padded."""
         return self._greedy_count[sight.cell, sight.goal], self._greedy_actions[sight.cell, sight.goal]
 
     def action_probabilities(self) -> np.ndarray:
@@ -82,8 +82,8 @@ def expert_trajectories(
 ) -> list[list[tuple[int, int]]]:
     """Return shortest collision-free routes from random cells to random toy bins (paper, section V.C).
 
-    They are lists of (free cell index, action index), whose last action reaches into the bin. The last route is cut off
-    when all together have `timesteps` moves.
+    Routes are lists of (free cell index, action index); the last action reaches into the bin. The last route is cut off
+    at `timesteps` moves in total.
     """
     if timesteps < 0:
         raise CaregiverError(f"timesteps of experts must be at least 0, got {timesteps}")

@@ -1,4 +1,4 @@
-"""Random streams: all draws of a child's episode, made beforehand (common random numbers)."""
+"""Random streams: all draws of a child's episode, made in advance (common random numbers)."""
 
 from __future__ import annotations
 
@@ -31,11 +31,7 @@ def random_state(random: Random) -> np.random.RandomState:
 
 @dataclasses.dataclass(frozen=True)
 class RandomStream:
-    """The uniform draws of one child in one episode.
-
-    They are independent of events, so the same stream gives the same child alone and with any caregiver, in the grid
-    and in the house.
-    """
+    """The uniform draws of one child in one episode: the same alone and with any caregiver, in grid and house."""
 
     start: np.ndarray  #: draws for the start cells of child and caregiver, and for the first bin, (3,)
     #: draws of every timestep: whether the move is random, the move, and the next bin, (timesteps, 3)
@@ -44,18 +40,14 @@ class RandomStream:
 
     @classmethod
     def draw(cls, random: Random, timesteps: int = EPISODE_TIMESTEPS) -> RandomStream:
-        """Draw the stream of a single child.
-
-        Raises:
-            CaregiverError: As of `random_state`.
-        """
+        """Draw the stream of a single child, with the errors of `random_state`."""
         random = random_state(random)
         draws = random.random_sample((timesteps + 1, 3))
         return cls(draws[0], draws[1:], int(random.randint(2**31 - 1)))
 
     @classmethod
     def draw_group(cls, random: Random, children: int, timesteps: int = EPISODE_TIMESTEPS) -> tuple[RandomStream, ...]:
-        """Draw the streams of a child group; the first is independent of the number of children."""
+        """Draw the streams of a child group; the first does not depend on the number of children."""
         first = cls.draw(random, timesteps)
         others = (np.random.SeedSequence([first.caregiver_seed, child]) for child in range(1, children))
         draw = (cls.draw(np.random.RandomState(np.random.MT19937(seed)), timesteps) for seed in others)
@@ -68,10 +60,10 @@ def pick(draw: np.ndarray | np.float64, count: np.ndarray | int) -> np.ndarray:
 
 
 def start_cells(free_cells: int, landings: int, draws: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the start cells of children, (B, K), and caregiver, (B,): uniform over the remaining free cells.
+    """Return the start cells of children, (B, K), and caregiver, (B,), uniform over the free cells that remain.
 
-    `draws` are the start draws of every child, (B, K, 3). If no free cell remains, a child shares the first one, and
-    the caregiver starts on the last landing, if any.
+    `draws` are the start draws of every child, (B, K, 3). If no free cell remains, a child shares the first, and the
+    caregiver starts on the last landing, if any.
     """
     taken: list[np.ndarray] = []
     for child in range(draws.shape[1]):
@@ -81,7 +73,7 @@ def start_cells(free_cells: int, landings: int, draws: np.ndarray) -> tuple[np.n
 
 
 def _another(draw: np.ndarray, cells: int, taken: list[np.ndarray], otherwise: int) -> np.ndarray:
-    """Return uniform choices (B,) among the cells that are not taken."""
+    """Return uniform choices, (B,), among untaken cells; `otherwise` if there are none."""
     if cells <= len(taken):
         return np.full(len(draw), otherwise)
     cell = pick(draw, cells - len(taken))

@@ -1,4 +1,4 @@
-"""Rules of children's moves in both worlds, for one child or for a batch."""
+"""Rules of children's moves in both worlds, for one child or a batch."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
-DENIED = Target.STAIRWELL, Target.FREE  # targets that a caregiver can block by standing there
+DENIED = Target.STAIRWELL, Target.FREE  # targets that a caregiver in them blocks
 
 
 class Way(NamedTuple):
     """The targets of moves, (...) each."""
 
-    next_cell: np.ndarray  # free cell after the move if nobody is in the way; the present one for a bump, or no move
+    next_cell: np.ndarray  # free cell after an unobstructed move; the present one for a bump or no move
     target: np.ndarray  # the `Target`, or NOTHING for no move
     number: np.ndarray  # number of the target among stairwells, tables or bins, or NOTHING
     entered: np.ndarray  # caregiver cell to enter, or NOTHING
 
     def waits(self, others: np.ndarray) -> np.ndarray:
-        """Return whether a child waits because another is in its way, given the others' free cells, (..., n)."""
+        """Return whether another child's free cell, (..., n), is in the way."""
         return (self.target == Target.FREE) & (self.next_cell[..., None] == others).any(axis=-1)
 
     def meets(self, caregiver_cell: np.ndarray | int) -> np.ndarray:
-        """Return whether the caregiver is in the way; its cell is NOTHING without one."""
+        """Return whether the caregiver is in the way; NOTHING stands for none."""
         return (self.entered == caregiver_cell) & (self.entered != NOTHING)
 
     def reaches(self, goal: np.ndarray | int) -> np.ndarray:
@@ -52,5 +52,5 @@ class MoveRules:
 
 
 def denied(target: np.ndarray | int, blocked: np.ndarray | bool) -> np.ndarray:
-    """Return whether each of `DENIED` was denied, bool (..., 2), given targets and whether moves were blocked."""
+    """Return whether each of `DENIED` was denied, bool (..., 2), from targets and whether moves were blocked."""
     return np.stack([np.asarray(blocked & (target == one)) for one in DENIED], axis=-1)

@@ -1,4 +1,4 @@
-"""Variants of the novice: children that react to the caregiver, that change, or that do not know the house."""
+"""Variants of the novice: children that react to the caregiver, change, or do not know the house."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from caregiver_mj.plans.cell_graph import ACTIONS, UNREACHABLE, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
-DRIFT = 0.35  # difference of epsilon at the ends of an episode from its mean: 0.05 to 0.75 around 0.4
-STRIDE = 0.03  # step of epsilon's random walk per timestep; unbounded, 0.03 sqrt(200) = 0.42 in an episode
-_DIGITS = 2**20  # the fraction of a draw times this is uniform and practically independent of the next bin
-SWITCH = EPISODE_TIMESTEPS // 2  # timestep, from 0, before which the toys move
+DRIFT = 0.35  # greatest deviation of epsilon from its mean in an episode: 0.05 to 0.75 around 0.4
+STRIDE = 0.03  # step of epsilon's random walk in a timestep; without bounds 0.03 sqrt(200) = 0.42 in an episode
+_DIGITS = 2**20  # a draw times this has a uniform fraction, practically independent of the next bin
+SWITCH = EPISODE_TIMESTEPS // 2  # timestep, from 0, at whose start the toys move
 _FAR = np.iinfo(np.int16).max  # distance without a known way
 
 
 class Seeker(Novice):
-    """Goes to the caregiver, except for a share epsilon of random moves; a novice without a caregiver."""
+    """Goes to the caregiver, except for a share epsilon of random moves; without a caregiver, a novice."""
 
     def __init__(self, plan: FloorPlan, epsilon: float):
         super().__init__(plan, epsilon)
@@ -31,10 +31,7 @@ class Seeker(Novice):
 
 
 class Avoider(Novice):
-    """A novice that treats the caregiver's cell as closed.
-
-    If that leaves no way to its bin, it takes the shortest way, and runs into the caregiver if that stays.
-    """
+    """A novice that treats the caregiver's cell as closed, and without another way runs into a caregiver that stays."""
 
     def __init__(self, plan: FloorPlan, epsilon: float):
         super().__init__(plan, epsilon)
@@ -43,7 +40,7 @@ class Avoider(Novice):
     def ways(self, sight: ChildPercept) -> tuple[np.ndarray, np.ndarray]:
         count, actions = super().ways(sight)
         for cell in np.unique(sight.caregiver_cell).tolist():
-            if 0 <= cell < len(self.plan.free_cells):  # a landing is on no way to a toy
+            if 0 <= cell < len(self.plan.free_cells):  # a landing is on no path to a toy
                 which = np.flatnonzero(sight.caregiver_cell == cell)
                 if cell not in self._round:
                     self._round[cell] = self._ways_round(cell)
@@ -54,7 +51,7 @@ class Avoider(Novice):
 
     def _ways_round(self, cell: int) -> tuple[np.ndarray, np.ndarray]:
         graph, cells = self.plan.graph, len(self.plan.free_cells)
-        landings = range(cells, len(self.plan.caregiver_cells))  # a child cannot cross them
+        landings = range(cells, len(self.plan.caregiver_cells))  # closed to children
         distance = graph.distances_from(graph.beside(self.plan.bins), [cell, *landings])[:, :cells].T.astype(int) + 1
         count, actions = shortest_path_actions(self.plan, distance)
         none = distance > UNREACHABLE
@@ -63,7 +60,7 @@ class Avoider(Novice):
 
 
 class Adversary(Behaviour):
-    """Takes the shortest way to the caregiver and runs into it; without a caregiver it goes north for ever."""
+    """Runs into the caregiver by the shortest way; without a caregiver it goes north for ever."""
 
     def __init__(self, plan: FloorPlan, epsilon: float):
         super().__init__(plan, epsilon)
@@ -79,11 +76,11 @@ class Adversary(Behaviour):
         return np.array([self._known.get(goal, none)[cell] for cell, goal in pairs])
 
     def towards(self, goal: int) -> np.ndarray:
-        """Return its move in every free cell for a caregiver's cell, (free cells,)."""
+        """Return its move towards a caregiver's cell from every free cell, (free cells,)."""
         plan = self.plan
         distance = plan.graph.distances_from([goal])[0].astype(float)
-        distance[len(plan.free_cells) :] = np.inf  # it avoids stairs, ...
-        distance[goal] = 0.0  # ... unless the robot is there
+        distance[len(plan.free_cells) :] = np.inf  # it avoids stairs
+        distance[goal] = 0.0  # except with the robot there
         distance = np.append(distance, np.inf)  # index -1: no cell
         return distance[plan.graph.around[: len(plan.free_cells)]].argmin(axis=1)
 
@@ -101,8 +98,8 @@ class _Timed(Novice):
 class Drifter(_Timed):
     """A novice that becomes careless, like a tiring child.
 
-    Its epsilon rises linearly over an episode, and stays constant afterwards. The given epsilon is the mean of the
-    range, which extends by at most `DRIFT` to either side.
+    Its epsilon rises linearly over an episode, then stays constant. The given epsilon is the mean of the range, which
+    extends by at most `DRIFT` to either side.
     """
 
     def __init__(self, plan: FloorPlan, epsilon: float):
@@ -118,8 +115,8 @@ class Drifter(_Timed):
 class Waverer(Novice):
     """A novice whose epsilon is a random walk.
 
-    It begins with the given epsilon, and changes by `STRIDE` up or down after every move, with equal probability,
-    reflected at 0 and 1.
+    It begins with the given epsilon, and changes by `STRIDE` up or down after every move, equally likely, reflected at
+    0 and 1.
     """
 
     def __init__(self, plan: FloorPlan, epsilon: float):
@@ -141,10 +138,10 @@ class Waverer(Novice):
 
 
 class Switcher(_Timed):
-    """A novice that goes to one half of the toy bins at first, then to the other half.
+    """A novice whose toys move during the episode.
 
-    Before timestep `SWITCH` all toys move from the first half of the bins, in the order of the plan, to the others. The
-    child notices at once, and turns round on its way. In a house with one bin nothing changes.
+    At timestep `SWITCH` all toys move from the first half of the bins, in the order of the plan, to the others. The
+    child notices at once, and turns round on its way. With a single bin nothing changes.
     """
 
     def __init__(self, plan: FloorPlan, epsilon: float):
@@ -168,11 +165,11 @@ class Switcher(_Timed):
 
 
 class Explorer(Novice):
-    """Goes the shortest way to its bin through a house of which it knows only the obstacles that it has bumped into.
+    """Takes the shortest way to its bin through a house of which it knows only the obstacles that it has bumped into.
 
-    It knows its place, that of its bin and the size of the house, and assumes that all other cells are free. It
-    remembers obstacles, stairs included, to the end of the episode, but not a caregiver in its way. A share epsilon of
-    its moves is random, like the novice's.
+    It knows its place, its bin and the size of the house, and assumes that all other cells are free. It remembers
+    obstacles, stairs included, until the episode ends, but not a caregiver in its way. A share epsilon of its moves is
+    random.
     """
 
     def __init__(self, plan: FloorPlan, epsilon: float):
@@ -183,9 +180,9 @@ class Explorer(Novice):
 
     def reset(self, batch: int) -> None:
         shape = (batch, *self.plan.shape)
-        self._closed = np.zeros(shape, bool)  # cells that it has bumped into
+        self._closed = np.zeros(shape, bool)  # known obstacles
         self._distance = np.full(shape, _FAR, np.int16)  # believed moves to its bin
-        self._planned = np.full(batch, NOTHING)  # the bin of these distances; NOTHING if outdated
+        self._planned = np.full(batch, NOTHING)  # bin of these distances, NOTHING if outdated
 
     def act(self, sight: ChildPercept, draws: np.ndarray) -> np.ndarray:
         action = super().act(sight, draws)
@@ -201,10 +198,10 @@ class Explorer(Novice):
         (down, right) = np.array(ACTIONS).T
         there = self._distance[worlds[:, None], rows[:, None] + down, columns[:, None] + right]  # (B, 4)
         closer = there < self._distance[worlds, rows, columns][:, None]
-        return closer.sum(axis=1), (~closer).argsort(axis=1, kind="stable")  # moves that lead closer come first
+        return closer.sum(axis=1), (~closer).argsort(axis=1, kind="stable")  # closer moves first
 
     def _learn(self, sight: ChildPercept, action: np.ndarray) -> None:
-        """Remember the obstacle of the present move, for the next move."""
+        """Remember the obstacle of the present move for the next one."""
         target, index = self._target[sight.cell, action], self._index[sight.cell, action]
         guarded = (target == Target.STAIRWELL) & (len(self._free) + index == sight.caregiver_cell)
         worlds = np.flatnonzero((target != Target.FREE) & ~guarded)

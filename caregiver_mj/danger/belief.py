@@ -6,11 +6,11 @@ import numpy as np
 
 from caregiver_mj.danger.chain import ChildChain
 
-# Probability that a child which has not moved continues with another epsilon: toddlers move in bouts, with or without a
-# goal, and a stop ends one. In 16 fresh houses, 20 episodes each of toddler:.5 and toddler:.05, neither of two models
-# left less of their damage: a kind with rests and goalless bouts among its goals (damage x 1.045, .99 to 1.09; moves
-# denied .58 to .22), or a new epsilon after every stop, 1 or least with equal probability (x .97, .83 to 1.15; denied
-# .58 to 1.22). The five novices never rest, and were as before.
+# Probability that a child which has not moved continues with another epsilon: a stop ends a toddler's bout, with or
+# without a goal. In 16 fresh houses, 20 episodes each of toddler:.5 and toddler:.05, two other models left no less
+# damage: a kind with rests and goalless bouts among its goals (damage x 1.045, .99 to 1.09; moves denied .58 to .22),
+# and a new epsilon after every stop, 1 or least with equal probability (x .97, .83 to 1.15; denied .58 to 1.22). The
+# five novices never rest, and are unaffected.
 STOP = 0.3
 SURPRISE = 8.0  # log odds against the belief above which a child is not understood
 _FADES = 0.98  # per timestep; decay of the counts of moves seen in a cell
@@ -20,14 +20,13 @@ _MARGIN = 2.0  # greatest excess of the log odds over `SURPRISE`, so that a chil
 class Belief:
     """An exact Bayes filter over the goal and the epsilon of each child, for B worlds of K children at once.
 
-    Each move raises the probability of the goals and epsilons that made it likely. A child that reaches its bin draws
-    another goal; until then it keeps its goal. With probability `change` per timestep it becomes another child, drawn
-    from the prior, so that old evidence fades and a change is detected.
+    A child that reaches its goal draws another; until then it keeps it. With probability `change` per timestep it
+    becomes another child, drawn from the prior, so that old evidence fades and changes are detected.
 
     `understood` tells where the model fails, as in confidence-aware prediction (Fridovich-Keil et al., arXiv
-    1806.00109): the baseline predictor knows no house, goal or bin, and expects a child to repeat in a cell its earlier
-    moves there. Where its recent advantage exceeds `SURPRISE` (CUSUM of the log likelihood ratio), the child does not
-    fit the belief.
+    1806.00109). The baseline predictor knows no house and no goals; it expects a child to repeat its earlier moves in a
+    cell. A child does not fit the belief while the baseline's recent advantage (CUSUM of the log likelihood ratio)
+    exceeds `SURPRISE`.
 
     Attributes:
         probability: Probability of every goal and epsilon, (B, K, G, E); the last two dimensions sum to 1.
@@ -47,7 +46,7 @@ class Belief:
         Args:
             cell: The cell in which each move began, (B, K).
             move: The move, -1 for none, (B, K).
-            caregiver_cell: The caregiver's cell at that time, (B,). Left out, no child follows it.
+            caregiver_cell: The caregiver's cell at that time, (B,); None if no child can follow it.
         """
         chain = self._chain
         made = move >= 0
@@ -66,7 +65,7 @@ class Belief:
         if worlds.size:
             before = probability[worlds, children]
             freed = np.where(ends[worlds, children][..., None], before, 0.0)
-            # Summed goal by goal, so that rounding does not depend on the number of children.
+            # Summed goal by goal: rounding must not depend on the number of children.
             probability[worlds, children] = (
                 before - freed + (freed[:, :, None] * chain.next_goal[..., None]).sum(axis=1)
             )
@@ -79,11 +78,11 @@ class Belief:
         self.probability = probability
 
     def _compare(self, cell: np.ndarray, move: np.ndarray, expected: np.ndarray) -> None:
-        """Compare the expected probability of each move, (B, K), with that of the baseline predictor."""
+        """Compare the expected probability of each move, (B, K), with the baseline predictor's."""
         worlds, children = np.nonzero(move >= 0)
         if not worlds.size:
             return
-        self._seen[worlds, children] *= _FADES  # only of children that moved
+        self._seen[worlds, children] *= _FADES  # of children that moved
         where = worlds, children, cell[worlds, children]
         seen, moves = self._seen[where], self._seen.shape[-1]
         what = move[worlds, children]

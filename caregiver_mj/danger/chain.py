@@ -17,7 +17,7 @@ from scipy.sparse.linalg import splu
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class ChildChain:
-    """The chain of a house. A move that leads to no other cell leaves the child in its cell."""
+    """The Markov chain of children in a house. A move to no other cell leaves the child in its cell."""
 
     greedy: np.ndarray  #: probability of every move without randomness, (cells, G, moves)
     epsilons: np.ndarray  #: possible shares of random moves, (E,)
@@ -31,12 +31,11 @@ class ChildChain:
     prior: np.ndarray = None  # type: ignore[assignment]
     #: toy bin of each goal, -1 for other goals, (G,); goal g is bin g by default
     bin_of: np.ndarray = None  # type: ignore[assignment]
-    #: returns the probability of every move without randomness towards the caregiver, which is then the last goal,
-    #: (..., moves), by the caregiver's cell and the child's, (...) both; None without such a goal
+    #: returns the probability of every move towards the caregiver, the last goal, without randomness, (..., moves), by
+    #: the cells of caregiver and child, (...) each; None without such a goal
     follows: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None
 
     def __post_init__(self) -> None:
-        """Fill in defaults."""
         _, goals, epsilons = self.shape
         defaults = {
             "next_goal": np.full((goals, goals), 1.0 / goals),
@@ -63,13 +62,13 @@ class ChildChain:
         return self.at_random(self.greedy[:, :, None])
 
     def at_random(self, greedy: np.ndarray) -> np.ndarray:
-        """Return the probability of every move, (..., E, moves), from that without randomness."""
+        """Return the probability of every move, (..., E, moves), given the one without randomness, (..., moves)."""
         share = self.epsilons[:, None]
         return share / self.greedy.shape[-1] + (1.0 - share) * greedy
 
     @functools.cached_property
     def transition(self) -> csr_array:
-        """Transition probabilities from each state (row) to each (column), (states, states), without a caregiver."""
+        """Transition probabilities from each state (row) to each (column) without a caregiver, (states, states)."""
         _, goals, epsilons = self.shape
         after = np.where(self.ends[..., None], self.next_goal, np.eye(goals))  # (cells, moves, G, next)
         cell, move, goal, following = np.nonzero(after)
@@ -93,7 +92,7 @@ class ChildChain:
         return self._hits(self.ends)
 
     def _hits(self, counts: np.ndarray) -> np.ndarray:
-        """Return the probability of bumps by moves that count for each goal, bool (cells, moves, G)."""
+        """Return the probability of bumps by the counted moves, bool (cells, moves, G), (states, objects)."""
         cell, move = np.nonzero(self.object_at >= 0)
         hits = np.zeros((*self.shape, self.objects))
         where = cell, slice(None), slice(None), self.object_at[cell, move]
@@ -107,7 +106,7 @@ def first_passage(chain: ChildChain, timesteps: int, groups: np.ndarray | None =
 
     Args:
         chain: The chain.
-        timesteps: Length of the horizon.
+        timesteps: The horizon.
         groups: Membership of objects in groups, bool (objects, groups); each object alone by default.
 
     Returns:
@@ -116,8 +115,7 @@ def first_passage(chain: ChildChain, timesteps: int, groups: np.ndarray | None =
     hits, last = (each if groups is None else each @ groups for each in (chain.hits, chain.last_hits))
     within = np.zeros(hits.shape)
     for _ in range(timesteps):
-        # A bump leaves the child in its cell. Subtract what would follow it: with the same goal or, where the bump
-        # reaches the goal, with the next ones.
+        # A bump leaves the child in its cell: subtract later bumps, with the same goal or, if it was reached, the next.
         drawn = np.einsum("gh,chen->cgen", chain.next_goal, within.reshape(*chain.shape, -1)).reshape(hits.shape)
         within = hits + chain.transition @ within - hits * within - last * (drawn - within)
     return within
@@ -168,7 +166,7 @@ def presence(chain: ChildChain, now: np.ndarray, timesteps: int) -> np.ndarray:
         near |= (at.reshape(cells, -1) > 0).any(axis=1)
     cell = np.flatnonzero(near)
     column = np.arange(len(cell))
-    # A column for each of those cells; probability that reaches it is counted and removed.
+    # One column a cell; probability that reaches the cell is counted and removed.
     there, found = np.tile(now[:, None], len(cell)), np.zeros(cells)
     for _ in range(timesteps):
         there = (onwards @ there).reshape(cells, -1, len(cell))
@@ -181,10 +179,8 @@ def presence(chain: ChildChain, now: np.ndarray, timesteps: int) -> np.ndarray:
 def expected_visits(transition: csr_array, start: np.ndarray, timesteps: int) -> np.ndarray:
     """Return the expected number of timesteps that a Markov chain begins in each state, (states,).
 
-    Args:
-        transition: Probabilities from each state (row) to each (column), (states, states).
-        start: Probability of each state at first, (states,).
-        timesteps: Their total.
+    `transition` has probabilities from each state (row) to each (column), (states, states), `start` the initial ones,
+    (states,).
     """
     backwards = csr_array(transition.T)
     now, visits = start, np.zeros(len(start))

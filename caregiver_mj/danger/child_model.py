@@ -1,4 +1,4 @@
-"""The caregiver's model of children: one of a few kinds, with unknown goal and epsilon."""
+"""The caregiver's model of children: several kinds, with unknown goal and epsilon."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from caregiver_mj.plans.cell_graph import ACTIONS, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
-EPSILONS = (0.05, 0.25, 0.5, 0.75, 1.0)  # hypotheses: those of the paper's five novices
-OTHERS = (0, 2)  # indices of the epsilons of the other kinds, which are indistinguishable at greater ones
+EPSILONS = (0.05, 0.25, 0.5, 0.75, 1.0)  # hypotheses: the paper's five novices
+OTHERS = (0, 2)  # indices of the other kinds' epsilons; at greater ones kinds are indistinguishable
 # Probability per timestep that a child becomes another one. On 34 houses of train-100 and shapes-train-100 .002 left
-# 0.2 % less damage, with a standard error of 0.7 %: no significant difference.
+# 0.2 % less damage, standard error 0.7 %: no significant difference.
 CHANGE = 0.005
 PRIOR = {"novice": 0.85, "explorer": 0.05, "hazard": 0.05, "caregiver": 0.05}  # probability of each kind
 
@@ -25,15 +25,15 @@ PRIOR = {"novice": 0.85, "explorer": 0.05, "hazard": 0.05, "caregiver": 0.05}  #
 def child_chain(plan: FloorPlan) -> ChildChain:
     """Return the model of the children in a house. Its objects are the stairwells, then the tables.
 
-    Its goals are the toy bins, for a novice; the toy bins, for an explorer that knows their places but not the house;
+    Its goals are the toy bins for a novice; the toy bins for an explorer, which knows their places but not the house;
     the nearest hazard; and the caregiver.
     """
     next_cell, target, index = plan.graph.moves
     bins = len(plan.bins)
     novice = Novice(plan, 0.0).action_probabilities()
-    explorer = 0.3 * novice + 0.7 * _as_the_crow_flies(plan)  # it learns the obstacles that it runs into
+    explorer = 0.3 * novice + 0.7 * _as_the_crow_flies(plan)  # an explorer learns obstacles
     hazard = _to_nearest_hazard(plan)[:, None]
-    alone = novice.mean(axis=1, keepdims=True)  # a follower of the caregiver while there is none
+    alone = novice.mean(axis=1, keepdims=True)  # a follower without a caregiver
     own = [bins, bins, 1, 1]  # goals of each kind
     of_goal = np.repeat(np.array(list(PRIOR.values())) / own, own)
     epsilons = np.zeros((len(of_goal), len(EPSILONS)), bool)
@@ -58,7 +58,7 @@ def child_chain(plan: FloorPlan) -> ChildChain:
 
 
 class _Follows:
-    """A child's way to the caregiver, see `ChildChain.follows`; computed on first use of a caregiver's cell."""
+    """`ChildChain.follows`: a child's moves to the caregiver, computed on first use of the caregiver's cell."""
 
     def __init__(self, plan: FloorPlan):
         cells = len(plan.caregiver_cells)
@@ -73,7 +73,7 @@ class _Follows:
 
 
 def _as_the_crow_flies(plan: FloorPlan) -> np.ndarray:
-    """Return the probability of every move of a child that assumes all cells are free, (cells, bins, moves)."""
+    """Return the probability of every move if all cells seem free, (cells, bins, moves)."""
     here, bins, step = np.array(plan.free_cells), np.array(plan.bins), np.array(ACTIONS)
     far = np.abs(bins - here[:, None]).sum(axis=2)  # (cells, bins)
     then = np.abs(bins[None, :, None] - (here[:, None, None] + step)).sum(axis=3)

@@ -1,10 +1,10 @@
 """The model of safety and danger of Rosman, Hayes and Scassellati (ICDL-EpiRob 2015), sections II to IV.
 
-Trajectories of experts give the *action prior*. A novice whose moves are likely under that prior behaves safely; one
-whose moves look random does not. The probability that the novice reaches an object, and the damage of a collision with
-it, then give the *expected danger* of that object.
+Trajectories of experts give the *action prior*. A novice whose moves are likely under it behaves safely; one whose
+moves look random does not. The *expected danger* of an object follows from this, the probability that the novice
+reaches it, and the damage of a collision.
 
-The functions take batches of novices: the leading dimensions, written as ..., are theirs.
+Functions take batches of novices in their leading dimensions, written as ....
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ def action_prior_mean(alpha: np.ndarray) -> np.ndarray:
 def action_prior_draw(alpha: np.ndarray, random: np.random.Generator) -> np.ndarray:
     """Return theta_s ~ Dir(alpha_s) for every state (section II): (states, 4), rows sum to 1.
 
-    It is drawn in log space, where small alpha do not make all gamma variables of a state underflow to 0. A single
-    probability of 0 would make an action impossible for ever; it is raised to the smallest normal number.
+    Drawn in log space, where small alpha cannot underflow all gamma variables of a state to 0. A probability of 0 would
+    make an action impossible for ever; it is raised to the smallest normal number.
     """
     # For U uniform on (0, 1], Gamma(alpha) ~ Gamma(alpha + 1) U^(1 / alpha).
     log_gamma = np.log(random.standard_gamma(alpha + 1)) + np.log1p(-random.random(alpha.shape)) / alpha
@@ -56,11 +56,11 @@ def action_prior_draw(alpha: np.ndarray, random: np.random.Generator) -> np.ndar
 
 
 def log_likelihood_ratio(theta: np.ndarray, state: np.ndarray, action: np.ndarray) -> np.ndarray:
-    """Return log theta_s(a) - log rho_s(a), the contribution of one move to the log-odds of safe behaviour.
+    """Return log theta_s(a) - log rho_s(a), one move's contribution to the log-odds of safe behaviour.
 
-    rho is the unsafe agent of section III, for whom every action is equally likely: rho_s(a) = 1/4. The action prior
-    theta is (states, 4); states, moves and the result have any common shape. Sums of it over a
-    trajectory are the log of the ratio of products in equation (1).
+    To the unsafe agent of section III every action is equally likely: rho_s(a) = 1/4. The action prior theta is
+    (states, 4); states, moves and the result share any shape. Summed over a trajectory, it is the log of the ratio of
+    products in equation (1).
     """
     return np.log(theta[state, action]) + np.log(ACTION_COUNT)
 
@@ -87,11 +87,11 @@ def _log_odds(log_ratio: np.ndarray, prior: float) -> np.ndarray:
 def reach_inverse(distance: np.ndarray) -> np.ndarray:
     """Return P(reach_o|tau) as inverse distance, normalised over the given objects (section IV, first reading).
 
-    The sum is common to all objects of one novice, so the other objects do not change the order of two.
+    The normalising sum is common to all objects of a novice: the other objects do not change the order of two.
 
     Args:
-        distance: Moves until the novice collides with each object, (..., objects), at least 1. Infinite for an
-            object that cannot be collided with now, such as a candle in the caregiver's hand.
+        distance: Moves until the novice collides with each object, (..., objects), at least 1. Infinite for objects out
+            of reach, such as a candle in the caregiver's hand.
 
     Returns:
         Array (..., objects); rows sum to 1 (to 0 where no object can be reached).
@@ -112,8 +112,8 @@ def reach_linear(distance: np.ndarray, largest: float) -> np.ndarray:
 def expected_danger(safe: np.ndarray, reach: np.ndarray, damage: np.ndarray) -> np.ndarray:
     """Return E(d_o|tau) = (1 - P(safe|tau)) P(reach_o|tau) d_o, equation (2).
 
-    The first factor is common to all objects of one novice: it never changes which of them is the most dangerous, only
-    how that danger compares with a threshold, or with the danger that another novice is in.
+    The first factor is common to all objects of a novice. It does not change their order, only how they compare with a
+    threshold or with another novice's danger.
 
     P(safe|tau) is (...), P(reach_o|tau) and the result are (..., objects), and d_o is (objects,).
     """

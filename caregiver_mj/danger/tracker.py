@@ -8,14 +8,14 @@ from scipy.sparse import csr_array
 from caregiver_mj.danger.belief import SURPRISE, Belief
 from caregiver_mj.danger.chain import ChildChain
 
-_IMPOSSIBLE = 1e-6  # probability of a cell below which a child that appears there is a surprise
+_IMPOSSIBLE = 1e-6  # probability of a cell below which a child's appearance there is a surprise
 
 
 class Tracker(Belief):
-    """A `Belief` about children that the caregiver sees some of the time.
+    """A `Belief` about children that are sometimes unseen.
 
-    Evidence: the place and move of a child in view; the cells in view without an unseen child. In between, a child
-    moves by the chain. A child that appears in an impossible cell is a surprise, which resets the belief about it.
+    Its evidence is the place and move of a child in view, and visible cells without an unseen child. Unseen children
+    move by the chain. A child that appears in an impossible cell is a surprise, which resets the belief about it.
 
     Attributes:
         joint: Probability of every cell, goal and epsilon, (B, K, cells, G, E), single precision.
@@ -25,7 +25,7 @@ class Tracker(Belief):
     """
 
     def __init__(self, chain: ChildChain, batch: int = 1, children: int = 1, change: float = 0.0):
-        """Begin with every child anywhere."""
+        """Begin with uniform presence of every child."""
         super().__init__(chain, batch, children, change)
         cells, goals, epsilons = chain.shape
         self._onwards = csr_array(chain.transition.T.astype(np.float32))
@@ -74,7 +74,7 @@ class Tracker(Belief):
         self.look(cell, in_view, ~known)
 
     def look(self, cell: np.ndarray, in_view: np.ndarray, which: np.ndarray | bool = True) -> None:
-        """Update by a new view after the caregiver moved or turned, and no child moved.
+        """Update by a new view, after a move or turn of the caregiver but not of a child.
 
         Args:
             cell: The cell of each child, -1 if unseen, (B, K).
@@ -110,7 +110,7 @@ class Tracker(Belief):
             self.cell[worlds, children] = left.sum(axis=(2, 3)).argmax(axis=1)
 
     def _place(self, worlds: np.ndarray, children: np.ndarray, cell: np.ndarray) -> None:
-        """Set the cells of some children, (n,) each, as certain."""
+        """Make the cells of some children certain, (n,) each."""
         self.joint[worlds, children] = 0.0
         self.joint[worlds, children, cell] = self.probability[worlds, children]
         self.cell[worlds, children] = cell

@@ -1,4 +1,4 @@
-"""The limited sight of the grid's caregiver."""
+"""Limited sight of the grid's caregivers."""
 
 from __future__ import annotations
 
@@ -16,21 +16,20 @@ from caregiver_mj.plans.visibility import ALL_ROUND, Sight, visibility
 
 
 class GridEyes:
-    """The sight of the caregivers of B worlds, and their knowledge from it.
+    """The sight of the caregivers of B worlds, and what they know from it.
 
-    A caregiver looks in the direction of its last move. An action in which it neither walks nor handles anything turns
-    it round once, so that it sees in all directions. It feels a child that walks into it, or into which it would walk,
-    and learns the state of things on the floor when it sees their cells. Its `tracker` has its belief about the
-    children.
+    A caregiver looks in the direction of its last move. After an action without walking or handling it has turned
+    round, and sees in all directions. It feels a child that walks into it, or that it would walk into. It learns the
+    state of things on the floor by seeing their cells. Its `tracker` holds its belief about the children.
     """
 
     def __init__(self, world: GridState, sight: Sight):
-        """Begin with the start of the episodes."""
+        """Observe the start of the episodes."""
         self._world, self._seen = world, visibility(world.plan, sight).seen
         batch, children = world.child_cell.shape
         self.tracker = Tracker(child_chain(world.plan), batch, children, CHANGE)
-        self.heading = np.full(batch, ALL_ROUND)  # the move of its direction, or `ALL_ROUND`
-        self.state = world.state.copy()  # as it knows it
+        self.heading = np.full(batch, ALL_ROUND)  # direction as a move, or `ALL_ROUND`
+        self.state = world.state.copy()  # known `State` of each hazard
         hazards, plan = world.plan.hazards, world.plan
         self._lying = hazards.number(Where.FLOOR, np.arange(len(plan.floor_cells)))
         self._previous, self._action = np.full((2, batch, children), NOTHING)
@@ -39,7 +38,7 @@ class GridEyes:
         self.look(np.zeros_like(world.child_cell, bool))
 
     def watch(self, felt: np.ndarray) -> None:
-        """Observe the children's moves; `felt`, bool (B, K), are those that walk into the caregiver."""
+        """Observe the children's moves; `felt`, bool (B, K), marks those into the caregiver."""
         world = self._world
         in_view = self.in_view()
         before, now = (self._visible(cell, in_view) | felt for cell in (world.previous_cell, world.child_cell))
@@ -50,14 +49,14 @@ class GridEyes:
         self._see_hazards(in_view)
 
     def turn(self, before: np.ndarray, idle: np.ndarray) -> None:
-        """Turn in the direction of the move from a cell (B,), or all round if idle, bool (B,)."""
+        """Turn to the direction of the move from a cell, (B,), or all round if idle, bool (B,)."""
         step = self._places[self._world.caregiver_cell] - self._places[before]
         moved = step.any(axis=1)
         move = (step[:, None] == np.array(ACTIONS)).all(axis=2).argmax(axis=1)
         self.heading = np.where(moved, move, np.where(idle, ALL_ROUND, self.heading))
 
     def look(self, felt: np.ndarray) -> None:
-        """Observe the world after an action; `felt`, bool (B, K), are children in the caregiver's way."""
+        """Observe the world after an action; `felt`, bool (B, K), marks children in the caregiver's way."""
         world = self._world
         in_view = self.in_view()
         now = self._visible(world.child_cell, in_view) | felt

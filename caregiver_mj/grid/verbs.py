@@ -15,14 +15,14 @@ from caregiver_mj.plans.visibility import lookouts
 
 
 class GridState:
-    """The state of B episodes with K children each, which verbs change."""
+    """The state of B episodes with K children each."""
 
     plan: FloorPlan  #: the house
     timestep: int  #: novice timesteps done
     child_cell: np.ndarray  #: free cell of each child, (B, K)
     goal: np.ndarray  #: toy bin of each child, (B, K)
     bumped: np.ndarray  #: whether each child's last move left it in its cell, (B, K)
-    previous_cell: np.ndarray  #: cell in which each child's last move began, (B, K)
+    previous_cell: np.ndarray  #: cell before each child's last move, (B, K)
     previous_action: np.ndarray  #: that move, or NOTHING, (B, K)
     caregiver_cell: np.ndarray  #: the caregiver's cell, (B,)
     time_left: np.ndarray  #: share of the timestep that the caregiver has left, (B,)
@@ -51,9 +51,10 @@ class GridVerb(abc.ABC):
         """Return the place of action of some worlds, (n,): indices into `places`, ASIDE or STAY."""
 
     def carry_out(self, world: GridState, which: np.ndarray, came: np.ndarray, stood: np.ndarray) -> np.ndarray:
-        """Apply the verb in some worlds, (n,), after the caregiver's move, and return whether it is done, (n,).
+        """Apply the verb in some worlds, (n,), after the caregiver's move; return whether it is done, (n,).
 
-        The caregiver `came`, so it is in the place now; if it `stood` there before, it can use this action, (n,) each.
+        The caregiver is at the place of action if it `came`. If it `stood` there before the move, this action is free
+        to use, (n,) each.
         """
         return came
 
@@ -69,7 +70,7 @@ class InOpening(GridVerb):
 
 
 class ClosingGate(GridVerb):
-    """Done by an action in the cell before the gate."""
+    """Done by an action before the gate."""
 
     def places(self, plan: FloorPlan) -> list[list[int]]:
         return [[plan.cell_index[cell]] for cell in plan.mouths.values()]
@@ -82,7 +83,7 @@ class ClosingGate(GridVerb):
 
 
 class PickingUp(GridVerb):
-    """Done by an action in the cell of a thing that still lies there."""
+    """Done by an action in the cell of a thing that is still there."""
 
     def places(self, plan: FloorPlan) -> list[list[int]]:
         return [[cell] for cell in plan.floor_cells]
@@ -97,7 +98,7 @@ class PickingUp(GridVerb):
 class Relocating(GridVerb):
     """Done when a thing from a table is put down on another one.
 
-    The destination is that at the time of taking it; decisions while it is in the hand wait until it is put down.
+    The destination is the one at the time of taking it: decisions are deferred until it is put down.
     """
 
     def places(self, plan: FloorPlan) -> list[list[int]]:
@@ -113,7 +114,7 @@ class Relocating(GridVerb):
         held = world.holding[here] != NOTHING
         world.candle_table[here, candle] = np.where(held, world.orders.destination[here], NOTHING)
         world.holding[here] = np.where(held, NOTHING, candle)
-        world.forget_orders(here[held])  # taking the same candle again is another intervention
+        world.forget_orders(here[held])  # another relocation of this candle would be a new intervention
         put_down = stood.copy()
         put_down[stood] = held
         return put_down

@@ -1,18 +1,16 @@
 """The paper's world: children and caregiver on a grid, a batch of episodes at once.
 
-In a timestep the children move or stay, one after the other; then the caregiver does up to three of its seven actions
+In a timestep the children move or stay, one after the other. Then the caregiver does up to three of its seven actions
 (four moves, wait, get, place), because it walks three times as fast (paper, section V.C). It decides before each
-action, except with a candle in the hand, which it puts down first. Get and place act on a table in a neighbouring cell;
-to close a gate, or to pick up a thing in its cell, is an action, too. A caregiver that yields makes room for the
-children when it has nothing to do, and keeps its distance where one bars its way (`plans/routes.py`).
+action, but puts down a candle in its hand first. Get and place act on a table in a neighbouring cell; closing a gate,
+and picking up a thing in its cell, are further actions. A caregiver that yields makes room for children when idle, and
+keeps its distance where one bars its way (`plans/routes.py`).
 
-Beside children that walk at another speed it has more actions or fewer, also a fraction: it acts at a steady rhythm,
-and does an action in the timestep in which that is over. With five thirds it does one, two, two, one, two, two: what is
-left of a timestep counts for the next.
+For another child speed, the mean number of actions in a timestep is another, possibly a fraction: actions have a fixed
+duration, and the rest of a timestep counts for the next. With five thirds it does one, two, two, one, two, two.
 
-A child's move is immediate, as in the paper, so that a caregiver cannot come in between.
-
-The caregiver sees everything, as in the paper, or a part, by its `Sight` (`grid/eyes.py`).
+A child's move is immediate, as in the paper: a caregiver cannot interrupt it. The caregiver sees everything, as in the
+paper, or a part (`Sight`, `grid/eyes.py`).
 """
 
 from __future__ import annotations
@@ -43,14 +41,14 @@ from caregiver_mj.recording.ledger import Ledger, Rollout
 
 CAREGIVER_ACTIONS = int(PAPER.cells)  # in a novice timestep
 MOST_ACTIONS = 100
-_ROUNDING = 1e-6  # of an action
+_ROUNDING = 1e-6  # actions; tolerance for fractional numbers of actions
 
 
 class GridWorld(GridState, Rollout):
-    """A batch of B episodes on one floor plan, with K children each, whose `behaviours` it has."""
+    """A batch of B episodes on one floor plan, with K children each, one for each of the `behaviours`."""
 
     eyes: GridEyes | None = None  #: the caregiver's eyes; None with full sight, or without a caregiver
-    ledger: Ledger  #: counts what happens to the children
+    ledger: Ledger  #: the account of the episodes
 
     def __init__(
         self,
@@ -61,9 +59,10 @@ class GridWorld(GridState, Rollout):
         caregiver_actions: float = CAREGIVER_ACTIONS,
         sight: Sight | str = "all",
     ):
-        """Prepare the episodes, with a mean number of the caregiver's actions in a novice timestep.
+        """Prepare the world; `reset` begins episodes.
 
-        `ChildGroup.of` and `plans.visibility.Sight.of` take the family and the sight.
+        `ChildGroup.of` takes the family and `Sight.of` the sight. `caregiver_actions` is the mean number in a novice
+        timestep.
 
         Raises:
             CaregiverError: A privileged caregiver has limited sight, the caregiver or a child is for another house, or
@@ -78,12 +77,12 @@ class GridWorld(GridState, Rollout):
         if caregiver:
             check_house(caregiver, plan)
         self.plan = plan
-        self.timestep, self._draws = 0, np.zeros((0, 0, 0, 3))  # of no episode
+        self.timestep, self._draws = 0, np.zeros((0, 0, 0, 3))  # before any episode
         self.behaviours = list(ChildGroup.of(family).make(plan))
         self.caregiver = caregiver
         self._caregiver_actions = caregiver_actions
         self._rules = MoveRules(plan)
-        self._lying = np.full(len(plan.free_cells), NOTHING)  # number of the hazard on the floor of each free cell
+        self._lying = np.full(len(plan.free_cells), NOTHING)  # hazard on the floor of each free cell
         self._lying[list(plan.floor_cells)] = plan.hazards.number(Where.FLOOR, np.arange(len(plan.floor_cells)))
         # Damage of a collision with each hazard and, last, with a bare table, by kind: (hazards + 1, kinds).
         kinds = [KINDS.index(kind) for kind in (*plan.hazards.kinds, TABLE)]
@@ -145,7 +144,7 @@ class GridWorld(GridState, Rollout):
         return self.timestep >= len(self._draws)
 
     def run(self, streams: Sequence[Sequence[RandomStream]]) -> Ledger:
-        """Run B whole episodes, as of `reset`, and return their ledger."""
+        """Run B whole episodes and return their ledger; arguments and errors are those of `reset`."""
         self.reset(streams)
         self.run_on()
         return self.ledger
@@ -155,7 +154,7 @@ class GridWorld(GridState, Rollout):
 
     def percept(self) -> Percept:
         """Return the caregiver's percept."""
-        left = self.state != State.AS_PLANNED  # hazards that need nothing more
+        left = self.state != State.AS_PLANNED  # need nothing more
         everything = Percept(
             _shown(self.child_cell),
             _shown(self.previous_cell),
@@ -178,7 +177,7 @@ class GridWorld(GridState, Rollout):
         return Truth(_shown(self.goal), np.stack(epsilons, axis=1), self.future)
 
     def future(self) -> Future:
-        """Return the rest of the episode without a caregiver."""
+        """Return the rest of the episodes without a caregiver."""
         alone = copy.copy(self)
         alone.caregiver, alone.eyes, alone.goal, alone.bumped = None, None, self.goal.copy(), self.bumped.copy()
         alone.behaviours = copy.deepcopy(self.behaviours, {id(self.plan): self.plan})
@@ -200,7 +199,7 @@ class GridWorld(GridState, Rollout):
             raise CaregiverError("no episode has begun, or it is over: call reset() first")
         draws = self._draws[self.timestep]
         self.timestep += 1
-        # New arrays, because a caregiver may have kept the old ones.
+        # New arrays: a caregiver may have kept the old ones.
         begun = self.previous_cell = self.child_cell
         self.child_cell, self.previous_action = begun.copy(), self.previous_action.copy()
         harm, blocked = np.zeros((*begun.shape, len(KINDS))), np.zeros((*begun.shape, len(DENIED)), bool)
@@ -247,10 +246,7 @@ class GridWorld(GridState, Rollout):
     # -- The caregiver ---------------------------------------------------------------------------
 
     def care(self, caregiver: Caregiver) -> None:
-        """Run the caregiver's actions of one novice timestep.
-
-        `time_left` is that of the actions left in it, over that of a novice timestep.
-        """
+        """Run the caregiver's actions of a timestep, of which `time_left` is the share that remains."""
         each = self._caregiver_actions
         done, end = (math.floor(each * timestep + _ROUNDING) for timestep in (self.timestep - 1, self.timestep))
         for left in range(end - done, 0, -1):
@@ -308,8 +304,8 @@ def run_episodes(
 class BareTablesWorld(GridWorld):
     """The bare-tables baseline: no candles, all stairwells shut, and nothing on the floor.
 
-    Only bumps into bare tables remain. A shut stairwell blocks a child like a caregiver in it. A caregiver could leave
-    slightly less damage by standing between a child and a table, which none does on purpose.
+    Only bumps into bare tables remain. A shut stairwell blocks a child like a caregiver in it. A caregiver could do
+    slightly better by standing between child and table, which none does on purpose.
     """
 
     def __init__(self, plan: FloorPlan, family: ChildGroup | float | str):
@@ -323,7 +319,6 @@ class BareTablesWorld(GridWorld):
 
 
 def _shown(array: np.ndarray) -> np.ndarray:
-    """Return a read-only view of an array."""
     view = array.view()
     view.flags.writeable = False
     return view

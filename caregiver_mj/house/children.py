@@ -1,4 +1,4 @@
-"""The children of a house: what each is about to do, where that takes it, and what comes of it."""
+"""The children of a house: their moves, the walks that carry them out, and the results."""
 
 from __future__ import annotations
 
@@ -23,27 +23,27 @@ from caregiver_mj.recording.ledger import MET
 
 MASS = 12.0  # kg, as in models/toddler.xml
 _GRAVITY = 9.81  # m/s^2
-_CENTRE = 0.46  # metres above the floor: 57 % of its height, own
-# What keeps an inverted pendulum up, m g over its height, is the least that a standing child has; people who stand
-# quietly have little more (Winter et al., "Stiffness control of balance in quiet standing", J Neurophysiol 80, 1998).
+_CENTRE = 0.46  # m; centre of mass above the floor, 57 % of the height, own
+# The least stiffness of a standing child keeps up an inverted pendulum, m g over its height; quietly standing people
+# have little more (Winter et al., "Stiffness control of balance in quiet standing", J Neurophysiol 80, 1998).
 STANCE = MASS * _GRAVITY / _CENTRE  # N/m: 256
 _DAMPING_RATIO = 0.7  # own
 SWAY = 2 * _DAMPING_RATIO * math.sqrt(STANCE * MASS)  # N s/m
-STRIDE = 0.06  # metres off its feet from which on it steps: half the length of a foot of 12 cm; that is 15 N
+STRIDE = 0.06  # m; lean beyond which it steps: half of a foot of 12 cm, 15 N
 # Its surface is as soft as an adult's chest or pelvis, 25 N/mm (ISO/TS 15066:2016, annex A; DGUV 2011). MuJoCo's
-# stiffness is per effective mass, here that of child and robot, 10.5 kg: 1 / (time constant * damping ratio)^2.
-SOFTNESS = 0.051, 0.4  # time constant in seconds, damping ratio
+# stiffness per effective mass of child and robot, 10.5 kg, is 1 / (time constant * damping ratio)^2.
+SOFTNESS = 0.051, 0.4  # time constant, s; damping ratio
 _OPENINGS, _ON_TABLES = (tuple(kind.name for kind in kinds_at(where)) for where in (Where.OPENING, Where.ON_TABLE))
-_ROUNDING = 1e-9  # metres, or m/s, that are none
+_ROUNDING = 1e-9  # m, m/s; smaller values count as 0
 
 
 class HouseChild:
     """One child of an episode."""
 
     cell: int  #: free cell in which its present move began
-    goal: int  #: toy bin that it wants to get to
+    goal: int  #: its toy bin
     move: Move  #: its present move
-    touched: Sequence[tuple[float, float]]  #: directions of all that it touches now and cannot push away, unit vectors
+    touched: Sequence[tuple[float, float]]  #: unit vectors to present contacts that it cannot push away
     holds: bool  #: whether it has taken a thing
 
     def __init__(
@@ -54,7 +54,7 @@ class HouseChild:
         state: np.ndarray | None = None,
         speed: float = WALKING_SPEED,
     ):
-        # What has become of each hazard, (hazards,), at any time; as planned if left out.
+        # `State` of each hazard, (hazards,), shared with the caller; as planned by default.
         self._state = np.zeros(len(plan.hazards), int) if state is None else state
         self.behaviour, self.walk = behaviour, ToddlerWalk(novice_timestep, speed)
         self._plan, self._rules = plan, MoveRules(plan)
@@ -70,26 +70,26 @@ class HouseChild:
         self.move = Move(self.cell, self.cell)
         self._bumped = self.holds = False
         self.touched = ()
-        self._entry: Vector | None = None  # middle of the cell that it goes to, if the robot can be there
+        self._entry: Vector | None = None  # centre of the cell that it goes to, if the robot can be there
 
     @property
     def position(self) -> tuple[float, float]:
-        """Where it is, metres."""
+        """Its position, m."""
         return self.walk.position
 
     @property
     def mood(self) -> Mood:
-        """What is to be seen of what it does, besides walking."""
+        """Visible behaviour besides walking."""
         reaches = self.move.target in (Target.TABLE, Target.BIN) and not self.walk.returns
         return Mood(self.move.harm > 0.0, reaches, self.holds)
 
     def put(self, cell: Cell, yaw: float = 0.0) -> None:
-        """Put the child into the middle of a free cell, at rest."""
+        """Place the child at the centre of a free cell, at rest."""
         x, y = self._plan.position(cell).tolist()
         self.put_at(x, y, yaw)
 
     def put_at(self, x: float, y: float, yaw: float = 0.0) -> None:
-        """Put the child somewhere, at rest: metres and radians."""
+        """Place the child at rest; units are m and rad."""
         self.walk.reset((x, y), yaw)
         self.cell = self._nearest_cell()
 
@@ -98,9 +98,9 @@ class HouseChild:
     def begin(
         self, timestep: int, random: np.random.RandomState, caregiver_cell: int, taken: Collection[int] = ()
     ) -> None:
-        """Choose a move in a novice timestep of that number, and set out for it, unless it leads to a taken free cell.
+        """Choose a move in a novice timestep, and set out unless it leads to a taken free cell.
 
-        The caregiver's cell may be NOTHING. Randomness is drawn from `random` once the stream is over.
+        The caregiver's cell may be NOTHING. After the end of the stream, draws come from `random`.
         """
         draws = self._draws[timestep][None] if timestep < len(self._draws) else random.random_sample((1, 3))
         self.goal = int(self.behaviour.reconsider(np.array([self.goal]), draws[:, 2])[0])
@@ -123,18 +123,18 @@ class HouseChild:
         self.walk.begin(here, there, bump=self.move.target != Target.FREE)
 
     def step(self, seconds: float) -> None:
-        """Walk on."""
+        """Advance the walk."""
         self.walk.step(seconds, self.touched)
 
     def see_robot(self, robot: Sequence[float]) -> None:
-        """Take note of a robot at x, y (m) that has come into the cell to which the child is on its way."""
+        """Record whether a robot at x, y (m) has entered the cell that the child is going to."""
         if self._entry is None or self.move.entered is not False or self.walk.returns:
             return
         half = self._plan.cell_size / 2
         self.move.entered = abs(robot[0] - self._entry[0]) < half and abs(robot[1] - self._entry[1]) < half
 
     def take_in(self, touches: Sequence[Touch], on_table: Callable[[int], np.ndarray]) -> None:
-        """Take in all contacts of a control timestep. `on_table` tells which candles are on a table, (candles,)."""
+        """Process all contacts of a control timestep; `on_table` returns which candles are on a table, (candles,)."""
         self.touched = [touch.direction for touch in touches if touch.kind not in _ON_TABLES]
         for touch in touches:
             if touch.kind in _OPENINGS and self._state[self._kinds.index(touch.kind) + touch.index] == State.SHUT:
@@ -155,12 +155,12 @@ class HouseChild:
                 self.move.met_robot |= vx * touch.direction[0] + vy * touch.direction[1] > 0 or self.walk.blocked
 
     def hurt(self, kind: str) -> None:
-        """Take in that it hurts itself at a kind of thing."""
+        """Record a collision with a kind of thing."""
         if (damage := self._damage[kind]) > self.move.harm:  # only the worst of a timestep counts
             self.move.harm, self.move.kind = damage, kind
 
     def end(self) -> Booking:
-        """End the move, and return what came of it."""
+        """End the move, and return its result."""
         move = self.move
         self.cell = self._nearest_cell()
         self._bumped = self.cell == move.begun and not move.rests
@@ -172,14 +172,14 @@ class HouseChild:
 
     @property
     def next_goal(self) -> int:
-        """The toy bin that it will want to get to after its present move, if that takes it where it is to."""
+        """Its toy bin after the present move, if that ends as intended."""
         if not self.move.to_toy:
             return self.goal
         assert self.move.draw is not None  # drawn when the move began
         return int(self.behaviour.next_bin(self.move.draw)[0])
 
     def _nearest_cell(self) -> int:
-        """The free cell that it is in, or nearest to."""
+        """Return the free cell that it is in, or nearest to."""
         plan, position = self._plan, self.walk.position
         here = plan.cell_index.get(plan.cell_at(np.array(position)), NOTHING)
         if 0 <= here < len(plan.free_cells):
@@ -188,14 +188,14 @@ class HouseChild:
 
 
 class Booking(NamedTuple):
-    """What came of a child's move, as `Ledger.book` wants it of every child."""
+    """Result of a child's move, for `Ledger.book`."""
 
     begun: int
     ended: int
     harm: np.ndarray  # (kinds,)
     toy: bool
-    blocked: np.ndarray  # (what it led to,), in the order of `BLOCKED`
-    met: np.ndarray  # (how it met the caregiver,), in the order of `MET`
+    blocked: np.ndarray  # bool (2,), in the order of `DENIED`
+    met: np.ndarray  # kinds of meeting with the caregiver, bool, in the order of `MET`
 
 
 @dataclasses.dataclass
@@ -203,22 +203,22 @@ class Move:
     """One move of one child."""
 
     begun: int  # free cell in which it begins
-    going: int  # free cell in which it ends, as far as the floor plan tells
-    target: Target | None = None  # what it leads to, or None if the child stays where it is
-    to_toy: bool = False  # whether that is the bin that the child wants to get to
-    # uniform draw for the next bin, should the child reach the one that it wants to get to, (1,)
+    going: int  # free cell in which it ends according to the floor plan
+    target: Target | None = None  # its target; None if the child stays
+    to_toy: bool = False  # whether the target is the child's toy bin
+    # uniform draw for the next bin, if the child reaches the present one, (1,)
     draw: np.ndarray | None = None
-    rests: bool = False  # whether the child means to stay where it is
-    harm: float = 0.0  # damage of the worst thing that has happened so far
-    kind: str = ""  # what that was, the name of one of `KINDS`, or "" if nothing has
+    rests: bool = False  # whether the child intends to stay
+    harm: float = 0.0  # damage of the worst collision so far
+    kind: str = ""  # its kind, a name in `KINDS`; "" without one
     fell: bool = False  # whether the child has fallen down stairs
     reached_toy: bool = False  # whether it has reached its bin
     met_robot: bool = False  # whether the robot, or a closed gate, was in its way
-    # whether the robot came into the cell that it leads to after the child had set out, or None if it was there before
+    # whether the robot entered the target cell after the child had set out; None if it was there before
     entered: bool | None = False
 
     def booking(self, ended: int) -> Booking:
-        """Return what came of it, once it has ended in a free cell."""
+        """Return the result of the move, which has ended in a free cell."""
         harm = np.array([self.harm if kind.name == self.kind else 0.0 for kind in KINDS])
         blocked = self.met_robot and ended == self.begun and not self.fell
         what = denied(NOTHING if self.target is None else self.target, blocked)
@@ -233,10 +233,10 @@ class Move:
 class CompliantBody:
     """A child's body on a spring and damper behind its walk, and soft to the touch: an option of the tasks.
 
-    As it is, a child goes where its walk takes it, whatever stands there: between two control timesteps it is a free
-    body of 12 kg, and then it is put back. So the forces between it and the robot are those of a wall that a servo
-    leans on. A compliant child is pushed aside instead: its feet follow the walk, its body sways over them, and when it
-    has been pushed farther than its feet reach it steps. Where nothing touches it, it walks as ever.
+    Without it a child goes where its walk takes it, whatever is there: between control timesteps it is a free body of
+    12 kg, which is then put back. Forces between it and the robot are then those of a servo-driven wall. A compliant
+    child is pushed aside: its feet follow the walk, its body sways above them, and it steps once it has been pushed
+    beyond the reach of its feet. Untouched, it walks as usual.
     """
 
     def reset(self, walk: ToddlerWalk) -> None:
@@ -244,10 +244,7 @@ class CompliantBody:
         self._feet, self._pace = walk.position, (0.0, 0.0)
 
     def follow(self, walk: ToddlerWalk, physics: Physics, number: int, seconds: float) -> None:
-        """Have the body of a child of a number follow the walk for one control timestep, in seconds.
-
-        Where it is pushed too far, its feet, which the walk has moved, step after it.
-        """
+        """Follow the walk for one control timestep, s; a child that leans too far steps, and the walk with it."""
         (x, y, _), (vx, vy, _) = physics.toddler_position(number), physics.toddler_velocities()[number]
         lean = _none(float(x) - self._feet[0]), _none(float(y) - self._feet[1])
         sway = _none(float(vx) - self._pace[0]), _none(float(vy) - self._pace[1])
@@ -258,23 +255,23 @@ class CompliantBody:
             lean = lean[0] * (1.0 - step), lean[1] * (1.0 - step)
         force = -STANCE * lean[0] - SWAY * sway[0], -STANCE * lean[1] - SWAY * sway[1]
         physics.set_toddler(walk, number, lean, sway, force)
-        # Where its feet will be when this is asked again, for the physics carries them on.
+        # Its feet at the next call: the physics carries them on.
         self._pace = walk.velocity
         self._feet = walk.position[0] + seconds * walk.velocity[0], walk.position[1] + seconds * walk.velocity[1]
 
 
 def _none(value: float) -> float:
-    """Nothing, for what is rounding only: then the body is exactly where the walk is."""
+    """Return 0 for rounding errors: then the body is exactly where the walk is."""
     return 0.0 if abs(value) < _ROUNDING else value
 
 
 class Children(Sequence[HouseChild]):
-    """All children of an episode, in the order in which they move; a move takes a novice timestep, in seconds.
+    """All children of an episode, in the order of their moves, each of which takes a novice timestep, s.
 
-    Compliant ones give way to a push, see `CompliantBody`. `state` is what has become of each hazard, (hazards,).
+    Compliant ones yield to a push, see `CompliantBody`. `state` is the `State` of each hazard, (hazards,).
     """
 
-    harm = 0.0  #: the worst damage that any of them has taken in the present novice timestep
+    harm = 0.0  #: worst damage to any of them in the present novice timestep
 
     def __init__(
         self,
@@ -313,10 +310,10 @@ class Children(Sequence[HouseChild]):
     def begin(self, timestep: int, random: np.random.RandomState, physics: Physics) -> None:
         """Begin their moves in turn; none enters the present or coming cell of another."""
         caregiver_cell = NOTHING
-        if physics.has_robot:  # the cell that is nearest to its base
+        if physics.has_robot:  # the cell nearest to its base
             robot, index = physics.base_position()[:2].tolist(), self._plan.cell_index
             caregiver_cell = index.get(self._plan.cell_at(robot), NOTHING)
-            if caregiver_cell == NOTHING:  # in that of a wall, which is thinner
+            if caregiver_cell == NOTHING:  # in a wall's cell, which is wider than the wall
                 caregiver_cell = min(range(len(self._places)), key=lambda i: math.dist(self._places[i], robot))
         for number, child in enumerate(self):
             taken = {other.move.going for other in self._children[:number]}
@@ -339,7 +336,7 @@ class Children(Sequence[HouseChild]):
 
     def take_in(self, physics: Physics, on_table: Callable[[int], np.ndarray]) -> None:
         """Process their contacts of the last control timestep; `on_table` is as of `HouseChild.take_in`."""
-        if not physics.touches:  # most of the time
+        if not physics.touches:  # the usual case
             for child in self._children:
                 child.touched = ()
             return
@@ -349,11 +346,11 @@ class Children(Sequence[HouseChild]):
 
     @property
     def shut_gates(self) -> list[int]:
-        """The numbers of the gates that are shut."""
+        """Numbers of the shut gates."""
         return [gate for gate, state in enumerate(self.state[self._gates].tolist()) if state == State.SHUT]
 
     def hurt(self, number: int, kind: str) -> None:
-        """Record that a kind of thing hurts one of them."""
+        """Record a collision of one of them with a kind of thing."""
         self[number].hurt(kind)
         self.harm = max(self.harm, self[number].move.harm)
 

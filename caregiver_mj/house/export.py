@@ -18,15 +18,15 @@ from caregiver_mj.house.touch import TouchReader
 from caregiver_mj.plans.floor_plan import FloorPlan, check_starts
 from caregiver_mj.robot.embodiment import Embodiment
 
-_START = "start"  # keyframe with child and robot in different cells, and open gates
+_START = "start"  # keyframe: child and robot in different cells, gates open
 _HEADER = f" A house of caregiver_mj. Begin with its keyframe '{_START}'. "
 
 
 def export_house(plan: FloorPlan, file: str | pathlib.Path, robot: Embodiment | None = None) -> list[pathlib.Path]:
-    """Write the scene of a house, with a child and perhaps a robot, for use without this package.
+    """Write the scene of a house with a child and perhaps a robot, for use without this package; return the files.
 
-    The new file is `.xml`, with images of its floors beside it, or `.mjb`, a single file with the compiled model for
-    the same version of MuJoCo only. Return the files written.
+    The new file is `.xml`, with images of its floors beside it, or `.mjb`, the compiled model in one file for the same
+    version of MuJoCo.
 
     Raises:
         CaregiverError: The suffix is another, a file exists or cannot be written, the house cannot be built, or the
@@ -60,7 +60,7 @@ def export_house(plan: FloorPlan, file: str | pathlib.Path, robot: Embodiment | 
 
 
 def _start(plan: FloorPlan, model: mujoco.MjModel, robot: Embodiment | None) -> Physics:
-    """Return the house with the child in the first free cell, the robot in the last one and the gates open."""
+    """Return the house with the child in the first free cell, the robot in the last, and open gates."""
     physics = Physics(wrapper.MjData(wrapper.MjModel(model)), robot)
     landings = len(plan.landings)
     cells = start_cells(len(plan.starts) - landings, landings, np.array([[[0.0, np.nextafter(1, 0), 0.0]]]))

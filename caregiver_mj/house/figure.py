@@ -1,10 +1,10 @@
-"""The figure of a child: limbs that swing as it walks, and a head that looks round. It is only to be seen.
+"""The figure of a child, for display only: limbs that swing as it walks, and a head that looks around.
 
 The parts of `models/toddler.xml` are bodies without mass or joints below the child's own. Before a control step a
-figure turns them in the model itself, so every renderer shows them; they are no part of state or physics. Without
+figure turns them in the model itself, so that every renderer shows them. They are no part of state or physics. Without
 visuals there is no figure.
 
-Angles are in radians, those of a part about the axes of the child: forward (x), left (y) and up (z).
+Angles are in rad, about the child's axes: forward (x), left (y) and up (z).
 """
 
 from __future__ import annotations
@@ -19,39 +19,39 @@ from caregiver_mj.children.walk import ToddlerWalk
 
 _STATE = "walked", "_pace", "_sits", "_reaches", "_holds", "_looks"
 _PARTS = "look", "torso", "head", "leg_l", "leg_r", "shin_l", "shin_r", "arm_l", "arm_r", "forearm_l", "forearm_r"
-_SIDES = ("l", 1.0), ("r", -1.0)  # and where on the y axis they are
-_IN_HAND, _HELD = (0.038, -0.005, -0.103), (0.05, -0.005, -0.133)  # metres from the right elbow: within, and before it
+_SIDES = ("l", 1.0), ("r", -1.0)  # side, sign of y
+_IN_HAND, _HELD = (0.038, -0.005, -0.103), (0.05, -0.005, -0.133)  # m from the right elbow: in the hand; held
 
-_STEP = 0.17  # metres; 12 to 25 cm in the first months of walking (Adolph, Vereijken & Shrout 2003)
-_HIPS, _LEG = 0.27, 0.26  # metres above the floor, and from there to the sole, as in models/toddler.xml
-_SWING = math.asin(_STEP / 2 / _LEG)  # of a leg, forward and back, with which feet do not slip
-_EVEN = 0.995  # from a sine (0) to a zigzag (1), with which feet that stand do not slip
-_KNEE, _LIFT = 0.85, 0.12  # how far a knee bends while its foot is in the air, and the hip with it
-_SWAY, _ROLL = 0.016, 0.07  # metres and angle towards the foot that stands: toddlers waddle
-_TWIST = 0.16  # of the shoulders, against the hips
-_ARM_SWING, _GUARD, _ELBOW = 0.45, 0.55, 0.75  # arms swing, held out to the sides and bent, as beginners walk
-_WALKS = 0.1  # m/s from which on it walks
-_SEAT = -0.185  # metres that the hips sink to sit on the floor
-_TURNS_HEAD, _SEES_ROBOT = 1.0, 1.6  # at most; metres within which the robot draws its eyes
-# Seconds after which two thirds of a change are done.
+_STEP = 0.17  # m; 12 to 25 cm in the first months of walking (Adolph, Vereijken & Shrout 2003)
+_HIPS, _LEG = 0.27, 0.26  # m; hips above the floor, hips to sole, as in models/toddler.xml
+_SWING = math.asin(_STEP / 2 / _LEG)  # amplitude of a leg with which feet do not slip
+_EVEN = 0.995  # shape of the swing, from a sine (0) to a zigzag (1)
+_KNEE, _LIFT = 0.85, 0.12  # bend of knee and hip while the foot is in the air
+_SWAY, _ROLL = 0.016, 0.07  # m, rad; shift and roll towards the standing foot: toddlers waddle
+_TWIST = 0.16  # of the shoulders against the hips
+_ARM_SWING, _GUARD, _ELBOW = 0.45, 0.55, 0.75  # swing, spread and bend of arms, as of beginners
+_WALKS = 0.1  # m/s; speed above which it walks
+_SEAT = -0.185  # m; height change of the hips of a child sitting on the floor
+_TURNS_HEAD, _SEES_ROBOT = 1.0, 1.6  # rad; greatest turn of the head. m; range within which it looks at the robot
+# s; time constants
 _PACE_TIME, _SIT_TIME, _RISE_TIME, _REACH_TIME, _HEAD_TIME = 0.10, 0.12, 0.35, 0.15, 0.25
 
 
 class Mood(NamedTuple):
-    """What a child does besides walking."""
+    """A child's visible behaviour besides walking."""
 
-    hurt: bool = False  # whether it has hurt itself in its present move
-    reaches: bool = False  # whether it is on its way to a table or a toy bin
-    holds: bool = False  # whether it has taken a thing
+    hurt: bool = False  # hurt in its present move
+    reaches: bool = False  # on its way to a table or toy bin
+    holds: bool = False  # has taken a thing
 
 
 class Figure:
     """The visible parts of one child."""
 
-    walked: float  #: metres; backwards counts as less
+    walked: float  #: m; walking backwards decreases it
 
     def __init__(self, model: mujoco.MjModel, prefix: str):
-        """Find the parts of the child whose elements' names begin with a prefix, in a model with visuals."""
+        """Find the parts of the child with a name prefix in a model with visuals."""
         self._turns = {part: model.body_quat[model.body(prefix + part).id] for part in _PARTS}
         self._place = model.body_pos[model.body(f"{prefix}look").id]
         self._held = model.body_pos[model.body(f"{prefix}held").id]
@@ -60,7 +60,7 @@ class Figure:
 
     @property
     def state(self) -> dict[str, float]:
-        """All that the next step depends on."""
+        """Everything that the next step depends on."""
         return {name: getattr(self, name) for name in _STATE}
 
     @state.setter
@@ -68,14 +68,14 @@ class Figure:
         vars(self).update(state)
 
     def reset(self) -> None:
-        """Stand still, for the start of an episode."""
+        """Stand still at the start of an episode."""
         self.walked = 0.0
         self._pace = self._sits = self._reaches = self._holds = self._looks = 0.0
         self._held[:] = _IN_HAND
         self._pose()
 
     def step(self, walk: ToddlerWalk, mood: Mood, robot: Sequence[float] | None, seconds: float) -> None:
-        """Follow a child for a control step, with a robot at x, y (m), if there is one."""
+        """Follow a child for a control step, with a robot at x, y (m), if any."""
         (vx, vy), ahead = walk.velocity, (math.cos(walk.yaw), math.sin(walk.yaw))
         speed = math.hypot(vx, vy)
         self.walked += math.copysign(speed, vx * ahead[0] + vy * ahead[1]) * seconds
@@ -92,9 +92,8 @@ class Figure:
         self._pose()
 
     def _pose(self) -> None:
-        """Turn all parts."""
-        phase = math.pi * self.walked / _STEP  # of the left leg: 0 when it passes the other one on its way forward
-        # An even pace but at the turns, for the foot that stands goes back as the body goes on.
+        phase = math.pi * self.walked / _STEP  # of the left leg: 0 as it passes the other one forward
+        # Uniform except at the turns: the standing foot moves back as the body moves on.
         sine, cosine = math.asin(_EVEN * math.sin(phase)) / math.asin(_EVEN), math.cos(phase)
         sits, stands = self._sits, 1.0 - self._sits
         walks, reaches = self._pace * stands, self._reaches * stands
@@ -114,7 +113,7 @@ class Figure:
             self._turn_limbs(side, y, y * sine, max(0.0, y * cosine), walks, reaches)
 
     def _turn_limbs(self, side: str, y: float, forward: float, lifted: float, walks: float, reaches: float) -> None:
-        """Turn leg and arm of a side, whose leg swings `forward` and is `lifted`, both as shares of the most."""
+        """Turn leg and arm of a side; `forward` and `lifted` are shares of the leg's greatest swing and lift."""
         sits, mouth = self._sits, self._holds if y < 0 else 0.0
         self._turn(
             f"leg_{side}",
@@ -135,10 +134,10 @@ class Figure:
         self._turn(f"forearm_{side}", pitch=elbow * (1.0 - mouth) - 0.9 * mouth)
 
     def _turn(self, part: str, roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0) -> None:
-        """Turn a part about its joint: first about the axis up, then the one to the left, then the one forward."""
+        """Turn a part about its joint: first about the upward axis, then left, then forward."""
         mujoco.mju_euler2Quat(self._turns[part], (yaw, pitch, roll), "zyx")
 
 
 def _towards(value: float, aim: float, seconds: float, time: float) -> float:
-    """Return a value that has come nearer to its aim in some seconds, with a time constant."""
+    """Return a value moved towards its aim for some seconds, with a time constant."""
     return value + (aim - value) * min(1.0, seconds / time)

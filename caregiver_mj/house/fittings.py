@@ -1,4 +1,4 @@
-"""Walls, ground, decor and cameras of the house. Only walls and stairs are more than to be seen."""
+"""Walls, ground, decor and cameras of the house. All but walls and stairs are for display only."""
 
 from __future__ import annotations
 
@@ -16,40 +16,39 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import TABLE
 from caregiver_mj.plans.layout import WALL_HEIGHT, Layout, largest_rectangle
 
-_CAP_HEIGHT = 0.03  # metres, of the board on top of a wall
-_SKIRTING_HEIGHT, _SKIRTING_DEPTH = 0.07, 0.012  # metres
-_JAMB_WIDTH, _JAMB_HEIGHT = 0.035, 0.94  # metres; just above the board on top of the walls
-_RUG_LARGEST, _RUG_GAP = 2.6, 0.35  # metres: its longest side, and its distance to the walls' cells
-# Decorations stand in front of walls, at most 0.2 m deep: in the part of a wall's cell that the thin wall leaves over.
+_CAP_HEIGHT = 0.03  # m; thickness of the board on top of a wall
+_SKIRTING_HEIGHT, _SKIRTING_DEPTH = 0.07, 0.012  # m
+_JAMB_WIDTH, _JAMB_HEIGHT = 0.035, 0.94  # m; just above the board on top of the walls
+_RUG_LARGEST, _RUG_GAP = 2.6, 0.35  # m; longest side of a rug, and its distance from the walls' cells
+# Decorations stand before walls, at most 0.2 m deep, in the part of a wall's cell that the thin wall leaves.
 _DECORATIONS = "bookshelf", "picture", "plant", "sideboard"
 _FLAT = ("picture",)  # children bump into walls from the free cells before them
-_DECORATED_SHARE = 0.25  # of the places where one could be
-FLOOR = "planks"  # the geom that shows the floor
-OPAQUE = 1  # group of what hides things, though nothing collides with it
-_GROUND_MARGIN = 40.0  # metres of ground around the house
-_WOOD_LENGTH = 2.4  # metres that the picture of the wooden floor covers
-_GROUND_LENGTH, _TILES_LENGTH = 6.0, 1.0  # metres
-_TILES_HEIGHT = 0.0015  # metres, below the rugs
-_TO_THE_BOARD = ("leg_ne", "leg_nw", "leg_sw", "leg_se", "top")  # parts of a table from the floor up to there
-_LOOK = "look"  # a body with nothing but what is to be seen of the one that it is part of
-# The overview camera looks north and down, and shows the whole house in pictures of 4:3 and anything wider.
+_DECORATED_SHARE = 0.25  # share of possible places
+FLOOR = "planks"  # geom of the visible floor
+OPAQUE = 1  # group of geoms that hide things without collisions
+_GROUND_MARGIN = 40.0  # m of ground around the house
+_WOOD_LENGTH = 2.4  # m covered by the picture of the wooden floor
+_GROUND_LENGTH, _TILES_LENGTH = 6.0, 1.0  # m covered by the others
+_TILES_HEIGHT = 0.0015  # m; below the rugs
+_TO_THE_BOARD = ("leg_ne", "leg_nw", "leg_sw", "leg_se", "top")  # parts of a table up to its board
+_LOOK = "look"  # name of a body with only the visible parts of its parent
+# The overview camera looks north and down, and shows the whole house in pictures of at least 4:3.
 _OVERVIEW_ELEVATION = np.radians(60.0)
-_OVERVIEW_FOVY = 30.0  # degrees; a long lens, so that near walls do not hide the rooms behind them
+_OVERVIEW_FOVY = 30.0  # degrees; a long lens, so that near walls do not hide rooms
 _OVERVIEW_ASPECT = 4 / 3
 _OVERVIEW_MARGIN = 1.04  # size of the picture relative to that of the house
-_FOLLOW_OFFSET = (0.0, -1.75, 2.3)  # metres from the first child; the line of sight passes over walls
+_FOLLOW_OFFSET = (0.0, -1.75, 2.3)  # m from the first child; the line of sight passes over walls
 _FOLLOW_FOVY = 50.0  # degrees
-_NEAREST = 0.02  # metres; nothing nearer to a camera is drawn, and the gripper's camera is very near
-# Metres. MuJoCo guards against speckled shadows by a tiny fraction of this, which must not be small: so much for what
-# stands out from a wall by a centimetre, such as door frames.
+_NEAREST = 0.02  # m; nearest distance drawn, small for the gripper's camera
+# m; MuJoCo's margin against speckled shadows is a tiny fraction of this: enough for door frames a centimetre deep
 _FARTHEST = 32000.0
 
 
 def add_walls(spec: mujoco.MjSpec, layout: Layout) -> None:
-    """Add the walls to collide with."""
+    """Add the walls for collisions."""
     height = WALL_HEIGHT
     for i, wall in enumerate(layout.walls):
-        # Collision geoms of the world itself, so that MuJoCo's midphase culls among them.
+        # Geoms of the world body, so that MuJoCo's midphase culls among them.
         spec.worldbody.add_geom(
             spec.find_default("house_collision"),
             name=f"wall_{i}",
@@ -59,7 +58,7 @@ def add_walls(spec: mujoco.MjSpec, layout: Layout) -> None:
 
 
 def add_visuals(spec: mujoco.MjSpec, layout: Layout) -> None:
-    """Add what is only to be seen."""
+    """Add everything that is for display only."""
     furnishing = furnish(layout)
     for i, wall in enumerate(layout.walls_without(furnishing.recesses)):
         add_box(spec, f"paint_{i}", "paint", wall, 0, WALL_HEIGHT)
@@ -76,7 +75,7 @@ def _add_doorways(spec: mujoco.MjSpec, layout: Layout) -> None:
     plan, half_wall = layout.plan, layout.wall_thickness / 2
     half_width = plan.cell_size - half_wall
     for i, (cell, (down, _)) in enumerate(layout.doorways):
-        # The box's half sides across and along the way through, put into the order of x and y.
+        # Half sides across and along the doorway, in the order x, y.
         order = [0, 1] if down else [1, 0]
         centre, across = plan.position(cell), np.array([1, 0])[order]
         sill = np.array([half_width, half_wall])[order]
@@ -88,7 +87,7 @@ def _add_doorways(spec: mujoco.MjSpec, layout: Layout) -> None:
 
 
 def _add_rugs(spec: mujoco.MjSpec, layout: Layout, furnishing: Furnishing) -> None:
-    """Add a rug to every room that has the space, and no tiles."""
+    """Add a rug to every room with enough space and no tiles."""
     plan = layout.plan
     landing = np.zeros(plan.shape, bool)
     for cell in plan.stairwells:
@@ -106,7 +105,7 @@ def _add_rugs(spec: mujoco.MjSpec, layout: Layout, furnishing: Furnishing) -> No
 
 
 def _add_decorations(spec: mujoco.MjSpec, layout: Layout, furnishing: Furnishing) -> None:
-    """Put decorations at walls, where no child comes against them, and plants into corners."""
+    """Put decorations at walls, out of the children's way, and plants into corners."""
     plan, random = layout.plan, np.random.default_rng(0)
     taken = {cell for stretch in furnishing.windows for cell in stretch.cells} | furnishing.recesses
     plants = [corner for corner in furnishing.corners if corner[0] == "plant"]
@@ -117,7 +116,7 @@ def _add_decorations(spec: mujoco.MjSpec, layout: Layout, furnishing: Furnishing
         if random.random() < _DECORATED_SHARE and plan.cell_at(behind) not in taken:
             known = _FLAT if plan.cell_at(before) in plan.cell_index else _DECORATIONS
             placed.append((known[random.integers(len(known))], str(i), position, yaw))
-    # To attach takes as long as the scene is large, so they are gathered in small scenes first.
+    # The time to attach grows with the scene, so they are gathered in small scenes first.
     size = 1 + math.isqrt(len(placed))
     for first in range(0, len(placed), size):
         some = mujoco.MjSpec()
@@ -127,7 +126,7 @@ def _add_decorations(spec: mujoco.MjSpec, layout: Layout, furnishing: Furnishing
 
 
 def _add_ground(spec: mujoco.MjSpec, layout: Layout, furnishing: Furnishing) -> None:
-    """Add what the floor and the ground look like; what candles fall on is the plane of `scene.xml`."""
+    """Add the appearance of floor and ground; candles fall on the plane of `scene.xml`."""
     _add_surface(spec, FLOOR, layout.floor, _WOOD_LENGTH)
     _add_surface(spec, "grass", layout.ground(_GROUND_MARGIN), _GROUND_LENGTH)
     tiled = [layout.room_floor(i) for i, kind in enumerate(furnishing.kinds) if kind in TILED]
@@ -137,9 +136,9 @@ def _add_ground(spec: mujoco.MjSpec, layout: Layout, furnishing: Furnishing) -> 
 
 
 def _add_surface(spec: mujoco.MjSpec, name: str, rectangles: np.ndarray, length: float, height: float = 0.0) -> None:
-    """Add a horizontal surface with holes, at a height in metres, as a mesh of disjoint rectangles (n, 4).
+    """Add a horizontal surface with holes at a height, m, as a mesh of disjoint rectangles (n, 4).
 
-    It is under one seamless picture, that of the material of its name, which repeats after so many metres.
+    Its material of the same name has a seamless picture that repeats after `length` metres.
     """
     centre, half = rectangles[:, None, :2], rectangles[:, None, 2:]
     corners = (centre + half * [[-1, -1], [1, -1], [1, 1], [-1, 1]]).reshape(-1, 2)  # (4 n, 2)
@@ -155,7 +154,7 @@ def _add_surface(spec: mujoco.MjSpec, name: str, rectangles: np.ndarray, length:
 
 
 def _add_texture(spec: mujoco.MjSpec, name: str, picture: np.ndarray) -> None:
-    """Add a texture from a picture (height, width, 3) of bytes, and its material."""
+    """Add a texture from a picture (height, width, 3), uint8, and its material."""
     height, width, channels = picture.shape
     texture = spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, width=width, height=height)
     texture.nchannel = channels
@@ -166,7 +165,7 @@ def _add_texture(spec: mujoco.MjSpec, name: str, picture: np.ndarray) -> None:
 
 @functools.cache
 def _planks(size: int = 1024, courses: int = 20) -> np.ndarray:
-    """A picture (size, size, 3) of floorboards, in courses with staggered joints; it repeats without a seam."""
+    """Return a seamless picture (size, size, 3) of floorboards, in courses with staggered joints."""
     random = np.random.default_rng(0)
     picture = np.empty((size, size, 1))
     borders = np.linspace(0, size, courses + 1).astype(int)
@@ -184,7 +183,7 @@ def _planks(size: int = 1024, courses: int = 20) -> np.ndarray:
 
 @functools.cache
 def _tiles(size: int = 256, count: int = 4) -> np.ndarray:
-    """A picture (size, size, 3) of tiles with joints, a light one beside a darker one."""
+    """Return a picture (size, size, 3) of tiles with joints, alternately light and dark."""
     place = np.arange(size)
     joint = place % (size // count) < 3
     dark = (place[:, None] * count // size + place * count // size) % 2
@@ -194,7 +193,7 @@ def _tiles(size: int = 256, count: int = 4) -> np.ndarray:
 
 @functools.cache
 def _grass(size: int = 512) -> np.ndarray:
-    """A picture (size, size, 3) of a lawn; it repeats without a seam."""
+    """Return a seamless picture (size, size, 3) of a lawn."""
     random = np.random.default_rng(0)
     shade = np.ones((size, size))
     for blur, strength in ((1, 0.035), (6, 0.03), (40, 0.03)):
@@ -203,7 +202,7 @@ def _grass(size: int = 512) -> np.ndarray:
 
 
 def _soft_noise(random: np.random.Generator, shape: tuple[int, int], blur: tuple[float, float]) -> np.ndarray:
-    """Blurred noise of deviation 1, without a seam; by its spectrum, several times quicker than a wide filter."""
+    """Return seamless blurred noise of deviation 1, by its spectrum: several times faster than a wide filter."""
     spectrum = np.fft.rfft2(random.standard_normal(shape))
     across, along = (np.exp(-2 * (np.pi * blur[i] * np.fft.fftfreq(shape[i])) ** 2) for i in (0, 1))
     noise = np.fft.irfft2(spectrum * across[:, None] * along[: spectrum.shape[1]], shape)
@@ -211,8 +210,8 @@ def _soft_noise(random: np.random.Generator, shape: tuple[int, int], blur: tuple
 
 
 def read_model(name: str, visuals: bool = True) -> mujoco.MjSpec:
-    """Read a model of the package; without visuals, those are taken out here, where that is quicker than in a scene."""
-    return _parsed(name, visuals).copy()  # ten times as fast as to parse it again
+    """Read a model of the package; visuals are removed here, which is faster than in a scene."""
+    return _parsed(name, visuals).copy()  # ten times as fast as parsing
 
 
 @functools.cache
@@ -221,39 +220,39 @@ def _parsed(name: str, visuals: bool) -> mujoco.MjSpec:
     model = mujoco.MjSpec.from_string(file.read_text(encoding="utf-8"))
     if not visuals:
         remove_visuals(model)
-    elif name == "scene":  # here, as to copy pictures is quicker than to hand them over
+    elif name == "scene":  # here, because copying pictures is faster than attaching them
         _add_texture(model, FLOOR, _planks())
         _add_texture(model, "grass", _grass())
     return model
 
 
 def table_model(height: float, visuals: bool = True) -> mujoco.MjSpec:
-    """Return the model of a table whose top is at a height in metres."""
+    """Return the model of a table whose top is at a height, m."""
     model = read_model(TABLE.model, visuals)
     higher = height - sizes.TABLE_HEIGHT
     for geom in model.geoms if higher else ():
         if geom.name in _TO_THE_BOARD:
             geom.pos[2] += higher / 2
             geom.size[2] += higher / 2
-        elif geom.name != "shelf":  # which stays where it is
+        elif geom.name != "shelf":  # the shelf stays in place
             geom.pos[2] += higher
     return model
 
 
 def place_model(spec: mujoco.MjSpec, model: mujoco.MjSpec, name: str, position: np.ndarray, yaw: float = 0.0) -> None:
-    """Add a model that does not move, at a position (2,) in metres, turned by yaw in radians.
+    """Add a fixed model at a position (2,), m, turned by yaw, rad.
 
-    It becomes a part of the world's own body. MuJoCo looks for pairs of bodies first, and goes through the geoms of all
-    but that one for it; within a body it finds geoms by a tree.
+    It becomes part of the world body. MuJoCo first searches pairs of bodies, going through the geoms of all but that
+    one; within a body it finds geoms by a tree.
     """
     quaternion = [np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)]
     spec.attach(model, prefix=f"{name}/", frame=spec.worldbody.add_frame(pos=[*position, 0], quat=quaternion))
 
 
 def remove_visuals(spec: mujoco.MjSpec) -> None:
-    """Take out of a scene what is only to be seen. What happens in it stays exactly the same, and is computed faster.
+    """Remove from a scene everything for display only. The simulation stays exactly the same, and is faster.
 
-    It leaves what weighs something or hides things from a robot's eye.
+    Geoms that have mass or hide things from a robot's eye stay.
     """
     for body in [body for body in spec.bodies if body.name.rpartition("/")[2] == _LOOK]:
         spec.delete(body)
@@ -266,7 +265,7 @@ def remove_visuals(spec: mujoco.MjSpec) -> None:
 def add_box(
     spec: mujoco.MjSpec, name: str, material: str, rectangle: np.ndarray, bottom: float, top: float, margin: float = 0.0
 ) -> None:
-    """Add a box that is only to be seen, over a rectangle (4,) with a margin and between two heights, in metres."""
+    """Add a box for display over a rectangle (4,) with a margin, between two heights, m."""
     x, y, half_x, half_y = rectangle
     spec.worldbody.add_geom(
         spec.find_default("house_visual"),
@@ -279,7 +278,7 @@ def add_box(
 
 
 def add_cameras(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
-    """Add the cameras, and set what the whole picture depends on: extent, clipping and where the sun stands."""
+    """Add the cameras, and set extent, clipping and the sun's position."""
     half_y, half_x = np.array(plan.shape) * plan.cell_size / 2
     extent = max(half_x, half_y)
     spec.stat.center = [0, 0, WALL_HEIGHT / 2]
@@ -307,23 +306,23 @@ def add_cameras(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
 def _add_camera(
     body: mujoco.MjsBody, name: str, position: np.ndarray, forward: np.ndarray, fovy: float
 ) -> mujoco.MjsCamera:
-    """Add a camera that looks along a direction in the plane of y and z, with x to the right."""
+    """Add a camera that looks along a direction in the y-z plane, with x to the right."""
     pitch = np.arctan2(forward[1], -forward[2])  # from straight down
     return body.add_camera(name=name, pos=position, quat=[np.cos(pitch / 2), np.sin(pitch / 2), 0, 0], fovy=fovy)
 
 
 def nearest_eye(corners: np.ndarray, axes: np.ndarray, wide: tuple[float, float], high: float) -> np.ndarray:
-    """Return the nearest position (3,) from which a camera has all corners (n, 3) in its picture, metres.
+    """Return the nearest position (3,), m, from which a camera has all corners (n, 3) in its picture.
 
     A corner that is u to the right and f ahead of the origin is in the picture of a camera that is d behind and s to
-    the right of it if -left <= (u - s) / (f + d) <= right. Both bounds are linear in d and s; those of the height are
-    alike.
+    the right of it if -left <= (u - s) / (f + d) <= right. Both bounds are linear in d and s; so are those of the
+    height.
 
     Args:
-        corners: Metres.
-        axes: The picture's axes to the right, down, and ahead, (3, 3), a column each.
-        wide: How far the picture extends to the left and to the right, a metre before the camera, metres.
-        high: How far it extends up, and down.
+        corners: Corners, m.
+        axes: Axes of the picture to the right, down, and ahead, (3, 3), a column each.
+        wide: Extent of the picture to the left and right at a distance of 1 m, m.
+        high: Extent of the picture up and down at that distance, m.
     """
     u, v, f = (corners @ axes).T
 

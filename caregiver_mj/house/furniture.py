@@ -1,7 +1,7 @@
-"""Furniture that says what the rooms are: a kitchen, a sofa, beds. It is only to be seen, and the same in every scene.
+"""Furniture that shows the use of rooms: a kitchen, a sofa, beds. For display only, and the same in every scene.
 
-It stands where nobody can be: in recesses of the outer walls, with its front where the wall's face is, and in corners.
-What collides there, and what hides things, is the wall, as if there was no furniture.
+It stands in recesses of the outer walls, flush with the wall's face, and in corners, where nobody can be. The wall
+collides and hides things as if there was no furniture.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import DEFAULT_CELL_SIZE
 from caregiver_mj.plans.layout import WALL_HEIGHT, Layout, Stretch, largest_rectangle
 
-_DEPTH = 0.5  # metres from the face of a wall to the border of its cell
-_PANEL = 0.03  # metres, of the boards behind and beside a recess
-_HALL, _NOOK = 3.5, 6  # times as long as wide is a hall; and so is what has fewer cells
-_KINDS = "living", "kitchen", "bedroom", "bathroom"  # of rooms, from the largest one on; all others are bedrooms
+_DEPTH = 0.5  # m from the face of a wall to the border of its cell
+_PANEL = 0.03  # m; thickness of the boards around a recess
+_HALL, _NOOK = 3.5, 6  # ratio of length to width of a hall; rooms with fewer cells are halls, too
+_KINDS = "living", "kitchen", "bedroom", "bathroom"  # of rooms, largest first; further ones are bedrooms
 TILED = "kitchen", "bathroom"
-_PIECES = {  # in a room, as far as there is room
+_PIECES = {  # by room, as far as they fit
     "living": ("sofa", "television", "bookcase"),
     "kitchen": ("counter", "fridge", "stove", "dining"),
     "bedroom": ("bed", "wardrobe", "bookcase"),
@@ -33,20 +33,20 @@ _PIECES = {  # in a room, as far as there is room
     "hall": ("wardrobe", "bench"),
 }
 FABRICS = "rug_blue", "rug_red", "rug_green", "rug_ochre"
-_WINDOW_SHARE, _CORNER_SHARE = 0.5, 0.55  # of the places where a window, a lamp or a plant could be
+_WINDOW_SHARE, _CORNER_SHARE = 0.5, 0.55  # shares of possible places for windows, and for lamps or plants
 
 
 class Part(NamedTuple):
-    """A box of a piece, or a disc."""
+    """A box or disc of a piece."""
 
-    material: str  # "fabric" for that of the piece
-    spans: np.ndarray  # m, from and to: behind the wall's face, along the wall, above the floor, (3, 2)
+    material: str  # "fabric" for the piece's own
+    spans: np.ndarray  # m, intervals behind the wall's face, along the wall, above the floor, (3, 2)
     is_round: bool = False
 
 
 @functools.cache
 def pieces() -> dict[str, tuple[Part, ...]]:
-    """Return the parts of every piece of `models/furniture.txt`, and of windows and lamps."""
+    """Return the parts of every piece of `models/furniture.txt`, including windows and lamps."""
     found: dict[str, tuple[Part, ...]] = {}
     file = importlib.resources.files("caregiver_mj.models") / "furniture.txt"
     for line in file.read_text(encoding="utf-8").splitlines():
@@ -59,29 +59,26 @@ def pieces() -> dict[str, tuple[Part, ...]]:
 
 
 def _cells(name: str) -> int:
-    """Return the number of cells of a wall that a piece fills."""
+    """Return the number of wall cells that a piece fills."""
     return math.ceil(2 * max(np.abs(part.spans[1]).max() for part in pieces()[name]) / DEFAULT_CELL_SIZE)
 
 
 class Furnishing(NamedTuple):
-    """The furniture of a house.
+    """The furniture of a house. A place is a wall's foot, (2,), m, and the yaw that faces the room."""
 
-    A place is a point (2,) in metres at the foot of a wall's face, and the yaw that faces the room.
-    """
-
-    kinds: tuple[str, ...]  # of the rooms, in the order of `Layout.rooms`
-    pieces: tuple[tuple[str, Stretch], ...]  # and the wall's cells that each replaces
+    kinds: tuple[str, ...]  # of rooms, in the order of `Layout.rooms`
+    pieces: tuple[tuple[str, Stretch], ...]  # name, wall cells that it replaces
     windows: tuple[Stretch, ...]
-    corners: tuple[tuple[str, np.ndarray, float], ...]  # a "lamp" or a "plant", and its place
+    corners: tuple[tuple[str, np.ndarray, float], ...]  # "lamp" or "plant", place
 
     @property
     def recesses(self) -> frozenset[Cell]:
-        """The wall's cells that furniture stands in."""
+        """Wall cells with furniture."""
         return frozenset(cell for _, stretch in self.pieces for cell in stretch.cells)
 
 
 def furnish(layout: Layout) -> Furnishing:
-    """Furnish a house, always the same way; one of cells of another size only with lamps and plants."""
+    """Furnish a house deterministically; with another cell size only with lamps and plants."""
     plan = layout.plan
     random = np.random.default_rng(zlib.crc32("\n".join(plan.rows).encode()))
     kinds = _kinds(layout, random)
@@ -90,7 +87,7 @@ def furnish(layout: Layout) -> Furnishing:
     for room, kind in enumerate(kinds):
         for name in _PIECES[kind]:
             if name == "stove" and ("counter", room) in [(other, stretch.room) for other, stretch in pieces]:
-                continue  # it has one
+                continue  # the counter has one
             fits = [stretch for stretch in free if stretch.room == room and len(stretch.cells) >= _cells(name)]
             if fits:
                 stretch = fits[random.integers(len(fits))]
@@ -111,7 +108,7 @@ def furnish(layout: Layout) -> Furnishing:
 
 
 def _kinds(layout: Layout, random: np.random.Generator) -> tuple[str, ...]:
-    """Return the kind of each room, by size; a coin decides which of the two largest is the kitchen."""
+    """Return the kind of each room, by size; a random draw decides which of the two largest is the kitchen."""
     found = ["hall"] * len(layout.rooms)
     sizes = {}
     for i, room in enumerate(layout.rooms):
@@ -127,7 +124,7 @@ def _kinds(layout: Layout, random: np.random.Generator) -> tuple[str, ...]:
 
 
 def add_furniture(spec: mujoco.MjSpec, layout: Layout, furnishing: Furnishing) -> None:
-    """Add all that stands in recesses, and windows and lamps; plants are models of their own."""
+    """Add recesses with their pieces, windows and lamps; plants are models of their own."""
     for number, (name, stretch) in enumerate(furnishing.pieces):
         place, yaw = layout.face(stretch)
         fabric = FABRICS[number % len(FABRICS)]
@@ -140,7 +137,7 @@ def add_furniture(spec: mujoco.MjSpec, layout: Layout, furnishing: Furnishing) -
 
 
 def _recess(cells: int) -> Iterator[Part]:
-    """The boards around a recess: behind and beside it, as high as the wall, each under the wall's cap."""
+    """Yield the boards around a recess: behind and beside it, as high as the wall, under the wall's cap."""
     half, thin = cells * DEFAULT_CELL_SIZE / 2, _PANEL
     yield Part("planks", np.array([(0.0, _DEPTH), (-half, half), (-0.02, 0.0005)]))
     for deep, across in (
@@ -152,7 +149,7 @@ def _recess(cells: int) -> Iterator[Part]:
 
 
 def _add(spec: mujoco.MjSpec, name: str, parts: Iterable[Part], place: np.ndarray, yaw: float, fabric: str) -> None:
-    """Add parts at a place; with a yaw of quarter turns but for what is round."""
+    """Add parts at a place; unless they are round, yaw must be a multiple of a quarter turn."""
     (x, y), cosine, sine = place.tolist(), math.cos(yaw), math.sin(yaw)
     turn, visual = [math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)], spec.find_default("house_visual")
     for number, part in enumerate(parts):

@@ -1,4 +1,4 @@
-"""What policies are told of the house: observations, of everything or what is in view, and `TaskInfo` beside them."""
+"""Observations of the house for policies, of everything or what is in view, and `TaskInfo` beside them."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ from caregiver_mj.robot.embodiment import Embodiment
 
 _LOOKS = 5  # control timesteps between updates of the view
 _SIDES = np.array([(0.0, 0.0), *ACTIONS])
-# m; points of a child's body, from its middle and above the floor. A child is seen if one of them is.
+# m; points of a child's body relative to its centre on the floor. A child is seen if one of them is.
 _HEAD = 0.68
 _BODY = np.array([(0, 0, 0.15), (0, 0, _HEAD), *((0.08 * x, 0.08 * y, 0.42) for x, y in _SIDES)])
 _THING = np.array((0.0, 0.0, 0.05))  # m; point of a thing, above its foot
-_ROOM = 0.12  # m; hits this near a thing's point count as the thing
-_AT_HAND = 1.2  # m from the base's middle; nearer things, which may be in the hand, are always seen
+_ROOM = 0.12  # m; distance from a thing's point within which a hit counts as the thing
+_AT_HAND = 1.2  # m from the base's centre; nearer things, perhaps in the hand, are always seen
 
 
 class Observer:
-    """Observes one episode after another in a house."""
+    """Observes the episodes in a house."""
 
     seen: np.ndarray  #: whether each child is seen or felt, bool (children,)
 
@@ -46,10 +46,10 @@ class Observer:
         sensing: Sensing | Mapping[str, Any] | None = None,
         sight: Sight | str = "all",
     ):
-        """Prepare to observe, every `control_timestep` seconds.
+        """Prepare to observe every `control_timestep` seconds.
 
-        `tables` are their rectangles and the heights of their tops, (tables, 5), m. `Sensing.of` and `Sight.of` say
-        which errors observations have, and which children they show.
+        `tables` are rectangles and heights of the tables' tops, (tables, 5), m. `Sensing.of` takes the errors of
+        observations, and `Sight.of` the children that they show.
 
         Raises:
             CaregiverError: A number of the sensing is out of range, or the sight is unknown.
@@ -60,19 +60,19 @@ class Observer:
         exact = self.sensing.is_exact
         self._sensor = None if exact else Sensor(self.sensing, control_timestep, tables, layout.things(plan))
         self.seen, self._cells_seen = np.ones(children, bool), np.ones((len(plan.free_cells), len(PLACES)))
-        # By key of observations: which things are in view, none for full sight; and what is shown of them.
+        # By key of observations: things in view, none for full sight; and their shown values.
         self._things_seen: dict[str, np.ndarray] = {}
         self._things_shown: dict[str, np.ndarray] = {}
 
     def reset(self, physics: Physics, seed: int) -> None:
-        """Begin an episode with a seed of its errors."""
+        """Begin an episode with the seed of its errors."""
         if self._sensor:
             self._sensor.reset(seed)
         self._things_shown.clear()
         self._look(physics)
 
     def take_in(self, physics: Physics, step: int) -> None:
-        """Update the view after a control timestep with a number, from 1."""
+        """Update the view after a numbered control timestep, from 1."""
         if step % _LOOKS == 0:
             self._look(physics)
         if self._eyes:
@@ -80,7 +80,7 @@ class Observer:
                 self.seen[touch.child] |= touch.kind == "robot"
 
     def observe(self, physics: Physics, step: int) -> collections.OrderedDict[str, np.ndarray]:
-        """Return the perceived observation, by key; repeated calls in a step return the same."""
+        """Return the observation by key, with errors; repeated calls in a step return the same."""
         exact = self._all_in_sight(physics)
         return collections.OrderedDict(self._sensor.sense(step, exact)) if self._sensor else exact
 
@@ -95,7 +95,7 @@ class Observer:
         if not self.sight.is_full:
             for key in ("toddler_position", "toddler_velocity"):
                 np.atleast_2d(observation[key])[~self.seen] = 0.0
-        for key in observation.keys() & self._things_seen.keys():  # those out of view are as last seen, or at first
+        for key in observation.keys() & self._things_seen.keys():  # things out of view are as last seen, or as at first
             shown, seen = self._things_shown.setdefault(key, observation[key]), self._things_seen[key]
             shown[seen] = observation[key][seen]
             observation[key] = shown.copy()
@@ -116,10 +116,10 @@ class Observer:
 
 
 class RobotEyes:
-    """The views of the robot's eye and of the ceiling cameras, with occlusion by walls, furniture and the robot's arm.
+    """The views of the robot's eye and of ceiling cameras, occluded by walls, furniture and the robot's arm.
 
-    The eye is on a mast, at the site `eye` of the robot's model. Walls count as high as the ceiling, although they are
-    drawn low; rays find other occlusions.
+    The eye is on a mast, at the site `eye` of the robot's model. Walls count up to the ceiling although they are low;
+    rays find other occlusions.
     """
 
     def __init__(self, plan: FloorPlan, sight: Sight):
@@ -134,8 +134,8 @@ class RobotEyes:
         """Look once.
 
         Returns:
-            Whether each child is seen, bool (children,); each candle, small thing and gate, bool (things,); and the
-            head of a child at each place of each free cell, bool (cells, `PLACES`).
+            Whether each child is seen, bool (children,); each candle, small thing and gate, bool (things,); and a
+            child's head at each place of each free cell, bool (cells, `PLACES`).
         """
         children = np.pad(physics.toddler_positions()[:, :2], ((0, 0), (0, 1)))
         lying = np.concatenate([physics.candle_poses()[:, :3], physics.thing_positions()])
@@ -150,7 +150,7 @@ class RobotEyes:
         looks = []  # points in view of each camera, and the geoms that rays hit
         x, y, yaw = physics.base_position().tolist()
         eye = physics.eye_position()
-        # Beside a wall the eye is in the wall's cell, which is wider than the wall, so the test uses the base's middle.
+        # Beside a wall the eye is in the wall's cell, which is wider than the wall: test from the base's centre.
         for camera, middle in ((eye, np.array((x, y))), *((camera, camera[:2]) for camera in self._ceiling)):
             in_view = seen_from(self._plan, middle, points[:, :2])
             if camera is eye and self._sight.turns:
@@ -168,7 +168,7 @@ class RobotEyes:
         away = np.linalg.norm(things[:, :2] - (x, y), axis=1)
         cells = found[ends[0] : ends[1]].reshape(len(self._cells), -1)
         # A child in the base's own cell would be felt.
-        assert physics.embodiment is not None  # which has the eye
+        assert physics.embodiment is not None  # it has the eye
         felt = physics.embodiment.footprint + layout.CHILD_RADIUS - PLACES.max() * self._plan.cell_size
         cells[np.linalg.norm(self._cells - (x, y), axis=1) < felt] = True
         return np.asarray(seen), found[ends[1] :] | (away < _AT_HAND), cells
@@ -176,10 +176,10 @@ class RobotEyes:
 
 @dataclasses.dataclass(frozen=True)
 class TaskInfo:
-    """The information for policies beside observations."""
+    """Information for policies beside observations."""
 
     plan: FloorPlan  # the house
-    family: ChildGroup  # the specification of the children
+    family: ChildGroup  # the children
     embodiment: Embodiment | None  # the robot, if any
     sensing: Sensing  # errors, gaps and delay of observations
     sight: Sight  # which children observations show

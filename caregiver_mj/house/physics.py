@@ -29,10 +29,10 @@ from caregiver_mj.robot.view import loose
 
 EYE = "eye"  # the robot's camera
 _SPRUNG = 0.002  # m; greatest travel of the bolt of a latched gate
-_HIDES = np.array([group in (OPAQUE, 3) for group in range(mujoco.mjNGROUP)], np.uint8)  # groups of opaque geoms
-_SMALL = 256  # pixels; in smaller pictures shadows take three quarters of the time without a graphics card
+_HIDES = np.array([group in (OPAQUE, 3) for group in range(mujoco.mjNGROUP)], np.uint8)  # opaque groups of geoms
+_SMALL = 256  # pixels; size below which shadows take 3/4 of the time without a graphics card
 _DENSE = 150  # degrees of freedom up to which dense Jacobians are faster; house `paper` has 43
-# Of a pickled simulation: data, robot, state of its ramp, numbers of what is awake, and states of the figures.
+# Of a pickled simulation: data, robot, state of its ramp, numbers of awake objects, states of the figures.
 _Pickled = tuple[wrapper.MjData, Embodiment | None, RampState | None, dict[str, int], list[dict[str, float]]]
 _AWAKE = ("ntree_awake", "nbody_awake", "nparent_awake", "nv_awake")
 
@@ -66,18 +66,17 @@ class Physics(OffscreenRendering, engine.Physics):
         TouchReader.add_sensors(spec, children)
         return cls(wrapper.MjData(wrapper.MjModel(compile_house(spec))), embodiment)
 
-    # dm_control copies and pickles a simulation by its data alone, which lack the robot, its ramp, and the children's
-    # figures.
+    # dm_control copies and pickles only a simulation's data, without robot, ramp and the children's figures.
 
     def copy(self, share_model: bool = False) -> Physics:
         copied = super().copy(share_model)
         copied._embody(self.embodiment, self._ramp_state())
-        if share_model:  # the figures are part of the model, which the original poses
+        if share_model:  # the original poses the figures, part of the model
             copied.figures = []
         copied._pose_figures(self._figure_states())
         return copied
 
-    # MuJoCo's pickles lose the numbers of awake trees, bodies and so on, without which the next step is a fatal error.
+    # MuJoCo's pickles lose the numbers of awake trees and bodies, without which the next step is a fatal error.
 
     def __getstate__(self) -> _Pickled:
         awake = {name: getattr(self._raw[1], name) for name in _AWAKE}
@@ -92,8 +91,8 @@ class Physics(OffscreenRendering, engine.Physics):
             setattr(self._raw[1], name, count)
 
     def __del__(self) -> None:
-        # dm_control makes a class for each named view, which refers to its fields. Breaking these cycles here avoids
-        # garbage collection in a later episode, which takes 50 ms for ten simulations.
+        # dm_control's named views have reference cycles. Breaking them here avoids garbage collection in a later
+        # episode, which takes 50 ms for ten simulations.
         for view in getattr(self, "_named", ()):
             for name in [*view._asdict(), "_asdict"]:
                 delattr(type(view), name)
@@ -113,7 +112,7 @@ class Physics(OffscreenRendering, engine.Physics):
         self.touch_reader = TouchReader(model, raw, children)
         self.carried, self._candles = _free_things(model, raw, Where.ON_TABLE)
         _, self._things = _free_things(model, raw, Where.FLOOR)
-        first = len(self._candles)  # the free joints of things come after those of candles
+        first = len(self._candles)  # free joints of things follow those of candles
         self._thing_bodies = model.jnt_bodyid[first : first + len(self._things)].tolist()
         dofs = model.jnt_dofadr[first : first + len(self._things)].tolist()
         self._thing_velocities = [raw.qvel[dof : dof + 6] for dof in dofs]
@@ -203,12 +202,12 @@ class Physics(OffscreenRendering, engine.Physics):
         segmentation: bool = False,
         **options: Any,
     ) -> np.ndarray:
-        """Render a picture, as dm_control does, but small pictures, and those of the robot's `eye`, without shadows.
+        """Render a picture like dm_control, but small ones, and those of the robot's `eye`, without shadows.
 
         For the `eye`, walls go up to the ceiling. `render_flag_overrides={"shadow": True}` draws shadows.
 
-        With `depth` it returns distances, m, (height, width), with `segmentation` numbers and types of objects,
-        (height, width, 2). The options are those of `dm_control.mujoco.Physics.render`.
+        `depth` returns distances, m, (height, width); `segmentation` returns numbers and types of objects, (height,
+        width, 2). The options are those of `dm_control.mujoco.Physics.render`.
         """
         is_eye = camera_id == EYE or camera_id == mujoco.mj_name2id(self._raw[0], mujoco.mjtObj.mjOBJ_CAMERA, EYE) >= 0
         if is_eye:
@@ -218,10 +217,7 @@ class Physics(OffscreenRendering, engine.Physics):
         return super().render(height, width, camera_id, overlays, depth, segmentation, **options)
 
     def camera(self, name: str, width: int, height: int) -> engine.Camera:
-        """Return one of its cameras, to render with again and again; without a name, one that can be moved.
-
-        The walls are those of `render`.
-        """
+        """Return a camera for repeated rendering; without a name, a movable one. Walls are those of `render`."""
         if not name:
             return engine.MovableCamera(self, height, width)
         raised = raise_walls if name == EYE else None
@@ -333,9 +329,9 @@ class Physics(OffscreenRendering, engine.Physics):
     # -- Writing ---------------------------------------------------------------------------------
 
     def set_action(self, action: np.ndarray, seconds: float = 0.0) -> None:
-        """Set the commands of the robot's actuators until the next action; none without a robot, (0,).
+        """Set the commands of the robot's actuators until the next action; (0,) without a robot.
 
-        The next action comes in some seconds, see `TargetRamp`; by default the commands apply at once.
+        They reach their targets in `seconds` (`TargetRamp`), until the next action; by default at once.
 
         Raises:
             CaregiverError: The action has another shape, or a value that is not finite.
@@ -361,10 +357,7 @@ class Physics(OffscreenRendering, engine.Physics):
         sway: Vector = (0.0, 0.0),
         force: Vector = (0.0, 0.0),
     ) -> None:
-        """Move a child to the position of its walk.
-
-        A compliant body leans (m) and sways (m/s) relative to it, with a force (N) on it until the next call.
-        """
+        """Move a child to its walk; a compliant body leans (m) and sways (m/s), with a force (N) until the next."""
         position, velocity, pull = self._toddlers[child]
         (x, y), (vx, vy) = walk.position, walk.velocity
         position[0], position[1], position[2] = x + lean[0], y + lean[1], walk.yaw
@@ -386,7 +379,7 @@ class Physics(OffscreenRendering, engine.Physics):
         self._candles[index] = [*position, math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)]
 
     def set_thing(self, index: int, place: Sequence[float], yaw: float = 0.0) -> None:
-        """Place a small thing at rest: at the start of an episode, or when a child has taken it."""
+        """Place a small thing at rest, at the start of an episode or with the child that has taken it."""
         self._things[index] = [*place, math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)]
         self._thing_velocities[index][:] = 0.0
 
@@ -407,7 +400,7 @@ class Physics(OffscreenRendering, engine.Physics):
             mujoco.mj_step(model, data)
             if reader.is_any():
                 self.touches += reader.read()
-        # dm_control's check at every step takes 7 % of the closed loop's time, so it runs only after a warning.
+        # dm_control's check takes 7 % of the closed loop's time, so it runs only after a warning.
         if self._warnings.tolist() != warnings:
             with self.check_invalid_state():
                 self._warnings_before[:] = warnings
@@ -419,7 +412,7 @@ def raise_walls(physics: engine.Physics, scene: wrapper.MjvScene) -> None:
     for geom in scene.geoms:
         if geom.matid == paint:
             geom.pos[2] = geom.size[2] = layout.CEILING / 2
-        elif geom.matid == cap:  # on top of them
+        elif geom.matid == cap:  # caps
             geom.pos[2] = layout.CEILING
 
 
@@ -428,7 +421,7 @@ def compile_house(spec: mujoco.MjSpec) -> mujoco.MjModel:
     model = spec.compile()
     for number in map(model.numeric, range(model.nnumeric)):
         thing, _, field = number.name.rpartition("/")
-        if field == "dof_length":  # length scale of rotations in MuJoCo's sleep criterion, given by the thing's model
+        if field == "dof_length":  # length scale of rotations in MuJoCo's sleep criterion, from the thing's model
             first = model.joint(f"{thing}/joint").dofadr[0] + 3
             model.dof_length[first : first + 3] = number.data
     if model.nv > _DENSE:

@@ -1,12 +1,12 @@
 """Offscreen rendering without a display: EGL, then OSMesa, chosen at the first frame and never at import.
 
-dm_control chooses its OpenGL backend when it is imported, and GLFW first, which needs a display. This module imports
-it with rendering switched off, and brings up a backend when the first frame is asked for; the package takes dm_control
-from here and nowhere else. What the user says in the environment variable `MUJOCO_GL` wins.
+dm_control chooses its OpenGL backend at import, with a preference for GLFW, which needs a display. This module imports
+it with rendering switched off, and starts a backend at the first frame; the package imports dm_control only from here.
+The environment variable `MUJOCO_GL` takes precedence.
 
-The contexts speak to the libraries through ctypes. dm_control's own go through PyOpenGL, which binds to one library
-for good at its first import, leaving no way back from EGL to OSMesa, and which needs a libGL that EGL alone does not
-bring along. macOS and Windows have neither library; GLFW is the default there.
+The contexts call the libraries through ctypes. dm_control's own use PyOpenGL, which binds to one library for good at
+its first import, without a way back from EGL to OSMesa, and needs a libGL, which EGL alone does not include. macOS and
+Windows have neither library; GLFW is the default there.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from caregiver_mj.registry import environment
 
 _MUJOCO_GL = "MUJOCO_GL"
 _OFF = ("off", "disable", "disabled", "false", "0")  # MuJoCo's words for no rendering
-_ON = ("on", "enable", "enabled", "true", "1")  # and for any
+_ON = ("on", "enable", "enabled", "true", "1")  # MuJoCo's words for any
 _ADVICE = "install one (Debian: apt-get install libegl1 libgl1-mesa-dri, or libosmesa6)"
 
 # dm_control cannot build a Physics on MuJoCo 4, which cannot even be imported if it was installed over MuJoCo 3.
@@ -35,11 +35,11 @@ if int(_INSTALLED.partition(".")[0]) >= 4:
     raise MissingExtraError(f"the house requires MuJoCo below 4, got {_INSTALLED}: pip install 'mujoco<4'")
 try:
     import mujoco
-except Exception:  # it brings up OpenGL at import if MUJOCO_GL is set, and fails with whatever it stumbles over
+except Exception:  # with MUJOCO_GL set it starts OpenGL at import, and can fail in any way
     with environment(_MUJOCO_GL, "off"):
         import mujoco
 try:
-    with environment(_MUJOCO_GL, "off"):  # tells libraries that are imported not to bring up OpenGL
+    with environment(_MUJOCO_GL, "off"):  # keeps imported libraries from starting OpenGL
         from dm_control import _render
         from dm_control._render import base, executor
         from dm_control.mujoco import engine, wrapper
@@ -54,7 +54,7 @@ __all__ = ["OffscreenRendering", "control", "engine", "make_context", "mujoco", 
 
 
 class _Egl:
-    """libEGL, and a display of it that needs no screen."""
+    """libEGL, with a display that needs no screen."""
 
     # From EGL/egl.h and EGL/eglext.h.
     PLATFORM_DEVICE = 0x313F
@@ -99,15 +99,15 @@ class _Egl:
         raise RuntimeError(f"none of {len(found)} EGL devices can be used")
 
 
-_egl = functools.cache(_Egl)  # brought up at first use
+_egl = functools.cache(_Egl)  # started at first use
 
 
 class _Context(base.ContextBase):
-    """An OpenGL context of a library that is spoken to through ctypes."""
+    """An OpenGL context of a library called through ctypes."""
 
     def __init__(self, max_width: int, max_height: int):
         self._context = None
-        self._patients: list[Any] = []  # the base class wants it at deletion, even if its constructor has failed
+        self._patients: list[Any] = []  # the base class's destructor reads it even after a failed construction
         super().__init__(max_width, max_height, executor.PassthroughRenderExecutor)
 
 
@@ -148,7 +148,7 @@ def _osmesa() -> ctypes.CDLL:
 
 
 class OSMesaContext(_Context):
-    """An OpenGL context by OSMesa, which renders into memory of ours."""
+    """An OpenGL context by OSMesa, which renders into our memory."""
 
     _RGBA, _UNSIGNED_BYTE = 0x1908, 0x1401  # GL_RGBA, GL_UNSIGNED_BYTE
 
@@ -159,7 +159,7 @@ class OSMesaContext(_Context):
             raise RuntimeError("OSMesa makes no OpenGL context")
         self._size = max_width, max_height
         self._buffer = (ctypes.c_ubyte * (4 * max_width * max_height))()
-        os.environ[_MUJOCO_GL] = "osmesa"  # libmujoco looks here for whom to ask for OpenGL's functions
+        os.environ[_MUJOCO_GL] = "osmesa"  # libmujoco's source of OpenGL functions
 
     def _platform_make_current(self) -> None:
         if self._context and not _osmesa().OSMesaMakeCurrent(
@@ -177,7 +177,7 @@ def _glfw_context(max_width: int, max_height: int) -> base.ContextBase:
     import glfw
 
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of glfw's, in two lines
+        warnings.simplefilter("ignore")  # glfw's, in two lines
         if not glfw.init():
             raise RuntimeError("there is no display that it can connect to")
         from dm_control._render import glfw_renderer  # connects to the display
@@ -185,7 +185,7 @@ def _glfw_context(max_width: int, max_height: int) -> base.ContextBase:
     return glfw_renderer.GLFWContext(max_width, max_height)
 
 
-# In order of preference. OSMesa is gone from Mesa 25.1 on; GLFW needs a display: on Linux only the user can choose it.
+# In order of preference. Mesa 25.1 dropped OSMesa; GLFW needs a display: on Linux only the user can choose it.
 BACKENDS: dict[str, Callable[[int, int], base.ContextBase]] = {"egl": EglContext, "osmesa": OSMesaContext}
 if sys.platform in ("darwin", "win32"):
     BACKENDS = {"glfw": _glfw_context}
@@ -193,13 +193,13 @@ _BY_WISH_ONLY = {"glfw": _glfw_context, "glx": _glfw_context}
 
 
 def make_context(max_width: int, max_height: int) -> base.ContextBase:
-    """Make an OpenGL context with the first backend that works; stands in for `dm_control._render.Renderer`.
+    """Make an OpenGL context with the first backend that works; replaces `dm_control._render.Renderer`.
 
     Its offscreen buffer has a width and a height in pixels.
 
     Raises:
-        RenderingError: No backend works, or not the one that `MUJOCO_GL` names.
-        CaregiverError: `MUJOCO_GL` names none.
+        RenderingError: No backend works, or not the one in `MUJOCO_GL`.
+        CaregiverError: `MUJOCO_GL` is unknown.
     """
     wish = os.environ.get(_MUJOCO_GL, "").strip().lower()
     if wish in _OFF:
@@ -216,7 +216,7 @@ def make_context(max_width: int, max_height: int) -> base.ContextBase:
     for name, context in candidates.items():
         try:
             return context(max_width, max_height)
-        except Exception as error:  # of the system's libraries, whatever they fail with
+        except Exception as error:  # any failure of the system's libraries
             failures.append(f"{name}: {error}")
     if wish in known:
         raise RenderingError(
@@ -229,31 +229,31 @@ def make_context(max_width: int, max_height: int) -> base.ContextBase:
 class OffscreenRendering:
     """Mixin for a dm_control `Physics` that renders with `make_context`, even if dm_control was imported before."""
 
-    model: Any  # as dm_control wraps it
+    model: Any  # dm_control's wrapper
     _contexts: Any
     _free_rendering_contexts: Callable[[], None]
 
     def fit_pictures(self, width: int, height: int) -> None:
-        """Have pictures of a size in pixels fit, as those do that fit already, and the model's `vis` take effect."""
+        """Enlarge the offscreen buffer for pictures of a size, pixels, if needed, and apply the model's `vis`."""
         size = self.model.vis.global_
         size.offwidth, size.offheight = max(size.offwidth, width), max(size.offheight, height)
-        if self._contexts:  # of earlier pictures, such as a policy's
+        if self._contexts:  # for earlier pictures, such as a policy's
             self._free_rendering_contexts()
 
     def _make_rendering_contexts(self) -> None:
         class Renderer(wrapper.MjrContext):
-            _ptr = staticmethod(lambda: None)  # its destructor wants it, even if its constructor has failed
+            _ptr = staticmethod(lambda: None)  # the destructor reads it even after a failed construction
 
         size = self.model.vis.global_
         context = make_context(size.offwidth, size.offheight)
         try:
             renderer = Renderer(self.model, context)
         except mujoco.FatalError as error:
-            if "maximum number" in str(error).lower():  # of materials or textures, which has nothing to do with OpenGL
+            if "maximum number" in str(error).lower():  # of materials or textures, not a matter of OpenGL
                 raise RenderingError(f"cannot render: the house is too large to be drawn ({error})") from None
             raise RenderingError(f"cannot render: {error}; {_ADVICE}") from None
         self._contexts = engine.Contexts(gl=context, mujoco=renderer)
 
 
-if _render.BACKEND in _OFF:  # else somebody imported dm_control before us, and has a backend already
+if _render.BACKEND in _OFF:  # else dm_control was imported earlier, and has a backend
     _render.Renderer = make_context

@@ -47,7 +47,7 @@ class RobotBody:
     def action_spec(self) -> specs.BoundedArray:
         """Return the specification of base velocities (m/s, rad/s), arm joint (rad) and gripper targets (m)."""
         layout, actuators = self.embodiment.layout, self.embodiment.actuators
-        driven = np.empty(layout.size, int)  # actuator of each number of an action; of the fingers the left one
+        driven = np.empty(layout.size, int)  # actuator of each number of an action; the left finger for the gripper
         driven[layout.base], driven[layout.arm] = np.r_[actuators.base], np.r_[actuators.arm]
         driven[layout.gripper] = actuators.gripper.start
         names = [self._model.actuator(int(i)).name.removeprefix("robot/") for i in driven]
@@ -56,16 +56,13 @@ class RobotBody:
         return specs.BoundedArray((layout.size,), float, low, high, name="\t".join(names))
 
     def set_action(self, action: np.ndarray, steps: int = 1) -> None:
-        """Set the actuators' targets, to be reached in some physics steps, see `TargetRamp`.
-
-        Both fingers get the gripper's value.
-        """
+        """Set the actuators' targets, reached in some physics steps (`TargetRamp`); both fingers get the gripper's."""
         action.take(self._source, out=self._targets, mode="clip")  # the default mode would copy
         # The simulation would clamp the controls, but the ramp needs clamped targets.
         np.maximum(self._targets, self._lowest, out=self._targets)
         np.minimum(self._targets, self._highest, out=self._targets)
         self.ramp.lead_to(self._targets, steps)
-        # The wheels, which bear no load, turn in the direction of motion.
+        # The wheels bear no load; they turn to the direction of motion.
         x, y, turn = self.base[1].tolist()
         yaw = self.base[0].item(2)
         c, s = math.cos(yaw), math.sin(yaw)
@@ -92,9 +89,9 @@ def joint_views(model: mujoco.MjModel, data: mujoco.MjData, joints: Sequence[str
 class TargetRamp:
     """Interpolates commands at every physics step between rarer targets, like the controllers of real drives.
 
-    A straight line from one target to the next has corners, at which a servo jolts. The ramp is the moving average of
-    that line over the steps between two targets, so that its slope changes linearly. With n steps between targets it
-    lags by (n - 1) / 2 steps, and reaches the last targets after n more.
+    Straight lines between targets have corners, at which a servo jolts. The ramp is their moving average over the steps
+    between two targets, so that its slope changes linearly. With n steps between targets it lags by (n - 1) / 2 steps,
+    and reaches the last target after n more.
     """
 
     def __init__(self, controls: np.ndarray):
@@ -140,9 +137,8 @@ class TargetRamp:
         np.add(self._controls, self._slope, self._controls)
 
     def _begin(self, steps: int) -> None:
-        """Begin the line from the last targets to the next ones."""
         self._steps = self._left = steps
-        count = np.array(float(steps))  # arrays, for plain numbers take twice the time
+        count = np.array(float(steps))  # an array: plain numbers take twice the time
         # The mean at the end of the previous line, computed exactly so that rounding does not accumulate.
         np.multiply(self._way, np.array(-(steps - 1) / (2 * steps)), self._controls)
         np.add(self._controls, self._last, self._controls)

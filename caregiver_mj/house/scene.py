@@ -1,9 +1,9 @@
 """The house as a MuJoCo scene, built from a floor plan and the files in `models/`.
 
-Names: what stands several times in the house is numbered in the order of the floor plan and its elements are
-prefixed, as `table_0/top`, `candle_2/wax`, `bin_1/box`, `stairwell_0/trigger`; the rest are `robot/...`, for the
-children `toddler/...`, `toddler_1/...`, `toddler_2/...` and so on, and for the house itself `floor`, `wall_0` and so
-on. Cameras have no prefix: `overview`, `follow`, and those of the robot, such as `wrist`.
+Names: repeated things are numbered in the order of the floor plan and prefix their elements: `table_0/top`,
+`candle_2/wax`, `bin_1/box`, `stairwell_0/trigger`. The robot's elements are `robot/...`, the children's `toddler/...`,
+`toddler_1/...`, `toddler_2/...` and so on, the house's own `floor`, `wall_0` and so on. Cameras have no prefix:
+`overview`, `follow`, and those of the robot, such as `wrist`.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.robot_model import add_tray, read_spec
 
-# Clothes of further children, in turn, which tell them apart; the first one's are those of its model.
+# Clothes that distinguish further children, in turn; the first has those of its model.
 _CLOTHES = (
     {"shirt": (0.55, 0.78, 0.60, 1.0), "dungarees": (0.62, 0.30, 0.36, 1.0), "hair": (0.20, 0.14, 0.10, 1.0)},
     {"shirt": (0.86, 0.52, 0.62, 1.0), "dungarees": (0.33, 0.45, 0.38, 1.0), "hair": (0.80, 0.62, 0.34, 1.0)},
     {"shirt": (0.55, 0.72, 0.90, 1.0), "dungarees": (0.85, 0.60, 0.30, 1.0), "hair": (0.60, 0.30, 0.16, 1.0)},
 )
-# What further tables and toy bins look like, in turn.
+# Colours of further tables and toy bins, in turn.
 _TABLES: tuple[Mapping[str, tuple[float, ...]], ...] = (
     {},
     {"wood": (0.93, 0.92, 0.89, 1.0), "frame": (0.86, 0.85, 0.82, 1.0), "runner": (0.62, 0.73, 0.80, 1.0)},
@@ -49,19 +49,19 @@ def build_house(
     visuals: bool = True,
     table_heights: np.ndarray | None = None,
 ) -> mujoco.MjSpec:
-    """Build the scene of a house. Joints of the robot's base and of the children have their zero at its origin.
+    """Build the scene of a house, at whose origin the joints of the robot's base and of the children are zero.
 
     Args:
         plan: The floor plan.
-        robot: Which robot is in it, by its name or as such; True for the default one, False for none.
-        table_positions: Centres of the tables, (tables, 2), m, if not in the middle of their cells.
+        robot: The robot or its name; True for the default one, False for none.
+        table_positions: Centres of the tables, (tables, 2), m, if not those of their cells.
         children: Number of children, who do not collide with each other.
-        visuals: Whether to add what is only to be seen, which makes the simulation slower and changes nothing in it.
-        table_heights: Heights of the tables' tops, (tables,), m, if not as that of the model.
+        visuals: Whether to add elements for display only, which slow the simulation down without changing it.
+        table_heights: Heights of the tables' tops, (tables,), m, if not the model's.
 
     Raises:
-        CaregiverError: There are gates in it, which are of one size, and cells of another one; or something lies on its
-            floor, and the robot has no tray for it.
+        CaregiverError: It has gates, which have a fixed size, with another cell size; or things on the floor, for which
+            the robot has no tray.
     """
     spec = fittings.read_model("scene", visuals)
     shapes = layout.Layout(plan)
@@ -88,7 +88,7 @@ def build_house(
         spec.attach(child, prefix=child_prefix(k), frame=spec.worldbody.add_frame())
     if robot is not False:
         _add_robot(spec, find_embodiment(None if robot is True else robot), has_tray=bool(plan.floor_cells))
-    if visuals:  # last: to attach a model takes as long as the scene is large
+    if visuals:  # last: the time to attach a model grows with the scene
         fittings.add_visuals(spec, shapes)
     fittings.add_cameras(spec, plan)
     _shorten_camera_names(spec)
@@ -98,17 +98,17 @@ def build_house(
 
 
 def child_prefix(child: int) -> str:
-    """Return what the names of a child's elements begin with."""
+    """Return the prefix of the names of a child's elements."""
     return f"toddler_{child}/" if child else "toddler/"
 
 
 def child_joints(child: int) -> tuple[str, ...]:
-    """Return the names of its joints: x, y and yaw."""
+    """Return the names of a child's joints: x, y and yaw."""
     return tuple(child_prefix(child) + joint for joint in ("x", "y", "yaw"))
 
 
 def _painted(model: mujoco.MjSpec, colours: Mapping[str, tuple[float, ...]]) -> mujoco.MjSpec:
-    """Give materials of a model other colours."""
+    """Return a model with other colours of some materials."""
     for material, rgba in colours.items():
         model.material(material).rgba = rgba
     return model
@@ -123,7 +123,7 @@ def _add_robot(spec: mujoco.MjSpec, robot: Embodiment, has_tray: bool) -> None:
 
 
 def _shorten_camera_names(spec: mujoco.MjSpec) -> None:
-    """Take the prefix off cameras, save one whose name is taken without it."""
+    """Remove the prefix of cameras, unless the short name is taken."""
     for camera in spec.cameras:
         name = camera.name.rpartition("/")[2]
         if spec.camera(name) is None:
@@ -139,7 +139,7 @@ def _add_stairwells(spec: mujoco.MjSpec, plan: FloorPlan, visuals: bool) -> None
         name = "hatch" if step is None else "stairwell" if kind.fenced else kind.model
         model = fittings.read_model(name, visuals)
         for geom in model.geoms:
-            if geom.name != "trigger":  # what is seen fills the cell, whatever its size
+            if geom.name != "trigger":  # visible parts fill the cell, whatever its size
                 stretch = plan.cell_size / DEFAULT_CELL_SIZE
                 geom.pos[:2] *= stretch
                 geom.size[:2] *= stretch

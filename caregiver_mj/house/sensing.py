@@ -24,17 +24,17 @@ _OFF_FLOOR = 0.2  # m above the floor; a higher candle beside tables counts as l
 
 @dataclasses.dataclass(frozen=True)
 class Blur:
-    """Normally distributed errors of one kind of thing.
+    """Normally distributed errors of one kind of thing; standard deviations.
 
-    White errors are drawn at every control timestep. Lasting errors of the base and of a child last for the episode,
+    White errors are drawn at every control timestep. Lasting errors of the base and of children last for the episode,
     those of a candle until it is lifted, set down, or released.
     """
 
-    noise: float = 0.0  # m; white error of the position, one sigma along each axis
-    bias: float = 0.0  # m; lasting error of the position, one sigma along each axis
-    turn_noise: float = 0.0  # rad; white error of the heading, of a candle about each axis, one sigma
-    turn_bias: float = 0.0  # rad; lasting error of the heading, one sigma
-    # white error of the velocity, one sigma, m/s, and of the rate of turning, rad/s; not of candles
+    noise: float = 0.0  # m; white error of the position along each axis
+    bias: float = 0.0  # m; lasting error of the position along each axis
+    turn_noise: float = 0.0  # rad; white error of the heading, for a candle about each axis
+    turn_bias: float = 0.0  # rad; lasting error of the heading, for a candle about each axis
+    # m/s, rad/s; white error of the velocity and of the turning rate; not for candles
     velocity_noise: float = 0.0
     dropout: float = 0.0  # probability per control timestep that the last value is repeated
 
@@ -133,7 +133,7 @@ class Sensor:
         self._step: int | None = None  # number of the last observation's step; None before an episode
 
     def reset(self, seed: int) -> None:
-        """Begin an episode, all of whose errors come from a seed."""
+        """Begin an episode, whose errors all come from a seed."""
         sensing = self.sensing
         axes = {"candle": (6, 3), "child": (3, 1), "base": (3, 1)}
         self._eyes = {
@@ -188,7 +188,7 @@ class Sensor:
         yaw = float(exact["base_position"][2]) if "base_position" in exact else 0.0
         c, s = math.cos(yaw), math.sin(yaw)
         turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-        turned = np.einsum("nki,ij->nkj", errors[lifted].reshape(-1, 2, 3), turn)  # it turns with the robot
+        turned = np.einsum("nki,ij->nkj", errors[lifted].reshape(-1, 2, 3), turn)  # the error turns with the robot
         errors[lifted] = turned.reshape(-1, 6)
         errors += eye.noise()
         quaternions = np.array([_turned(q, error) for q, error in zip(orientations, errors[:, 3:], strict=True)])
@@ -196,7 +196,7 @@ class Sensor:
         seen["candle_position"], seen["candle_orientation"] = shown[:, :3], shown[:, 3:]
 
     def _note(self, eye: _Eye, lifted: np.ndarray, closed: bool) -> None:
-        """Draw new lasting errors of candles that are lifted or set down, and of all when the hand opens."""
+        """Draw new lasting errors of candles that were lifted or set down, and of all when the hand opens."""
         before, self._situation = self._situation, (lifted, closed)
         if before is None:
             eye.see_anew(len(lifted))

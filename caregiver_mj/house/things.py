@@ -1,4 +1,4 @@
-"""The things of the house that are carried: candles and hot drinks on tables, small things on the floor."""
+"""Portable things of the house: candles and hot drinks on tables, small things on the floor."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ from caregiver_mj.recording.contacts import FAR, FLAME_CLEAR, WAX_CLEAR, Contact
 from caregiver_mj.robot.geometry import Vector, to_world, upwards
 from caregiver_mj.robot.view import CHILD_RADIUS, OFF_FLOOR, off_table
 
-_BELOW = 0.05  # metres below the top of a table from which on a candle counts as fallen down
-FLAME_RADIUS = 0.016  # metres, of a candle as in models/candle.xml
-_FLAME = np.linspace(0.170 + FLAME_RADIUS, 0.246 - FLAME_RADIUS, 3)  # spheres along its axis, above its foot, metres
-_BODY = 0.15, 0.68  # metres above the floor between which the axis of a child's body is, as in models/toddler.xml
-_IN_HAND = 0.04  # metres between the fingertips' middle and the axis of a candle that they hold
-_SPHERES = 8  # along the body of what is carried
-_LENGTH = 0.30  # metres from the fingertips' middle to the farthest of a candle that they hold, and more
+_BELOW = 0.05  # m; depth below a table's top at which a candle has fallen down
+FLAME_RADIUS = 0.016  # m, as in models/candle.xml
+_FLAME = np.linspace(0.170 + FLAME_RADIUS, 0.246 - FLAME_RADIUS, 3)  # m; spheres along its axis, above its foot
+_BODY = 0.15, 0.68  # m; ends of the axis of a child's body above the floor, as in models/toddler.xml
+_IN_HAND = 0.04  # m; greatest distance of a held candle's axis from the fingertips' middle
+_SPHERES = 8  # along the body of a carried thing
+_LENGTH = 0.30  # m; more than the distance of a held candle's farthest part from the fingertips' middle
 
 
 class Candles:
     """Tracks the candles of one episode."""
 
-    starting_tables: list[int]  #: index of the table on which each stood when the episode began
+    starting_tables: list[int]  #: index of each candle's table at the start of the episode
 
     def __init__(self, table_rectangles: np.ndarray, table_heights: np.ndarray | None = None):
-        """Take the tables as they stand: rectangles as of `plans.layout`, (tables, 4), and heights, (tables,), m."""
+        """Take the tables' rectangles as of `plans.layout`, (tables, 4), and heights, (tables,), m."""
         self.table_rectangles = table_rectangles
         usual = np.full(len(table_rectangles), layout.TABLE_HEIGHT)
         self.table_heights = usual if table_heights is None else table_heights
@@ -50,14 +50,14 @@ class Candles:
         return high & (physics.candle_upright() > np.cos(np.radians([kind.upset for kind in physics.carried])))
 
     def count_fallen(self, physics: Physics) -> int:
-        """Return how many have fallen since the last call."""
+        """Return the number that have fallen since the last call."""
         fallen = set(np.flatnonzero(~self.standing(physics)).tolist())
         count = len(fallen - self._fallen)
         self._fallen = fallen
         return count
 
     def are_on(self, physics: Physics, table: int) -> np.ndarray:
-        """Whether each candle stands (or lies) on a table, (candles,)."""
+        """Return whether each candle stands or lies on a table, (candles,)."""
         x, y, half_x, half_y = self.table_rectangles[table]
         poses = physics.candle_poses()
         over = (np.abs(poses[:, 0] - x) < half_x) & (np.abs(poses[:, 1] - y) < half_y)
@@ -66,12 +66,12 @@ class Candles:
 
 
 def watch_candle(physics: Physics, seconds: float, tally: Contacts) -> None:
-    """Count where a candle in the hand is, if there is one, for a control timestep of some seconds."""
+    """Count the distances of a candle in the hand, if any, for a control timestep, s."""
     if not physics.is_gripping():
         return
     pinch, children = physics.pinch_position(), physics.toddler_positions()
     x, y, _ = pinch.tolist()
-    counts = max(FLAME_CLEAR, WAX_CLEAR, tally.flame_distance, tally.wax_distance)  # greater distances change nothing
+    counts = max(FLAME_CLEAR, WAX_CLEAR, tally.flame_distance, tally.wax_distance)  # greater distances do not matter
     if all(math.hypot(x - cx, y - cy) > counts + _LENGTH + CHILD_RADIUS for cx, cy, _ in children.tolist()):
         return
     poses = physics.candle_poses()
@@ -95,40 +95,39 @@ def watch_candle(physics: Physics, seconds: float, tally: Contacts) -> None:
 
 @functools.cache
 def _bodies(kinds: tuple[HazardKind, ...]) -> np.ndarray:
-    """Spheres along the axes of things but for a flame, as wide as they: heights above the foot, (things, n), m."""
+    """Return spheres as wide as things along their axes, without flames: heights above the foot, (things, n), m."""
     things = [layout.thing(kind) for kind in kinds]
     return np.array([np.linspace(thing.width, thing.height - thing.width, _SPHERES) for thing in things])
 
 
 def _distances(points: np.ndarray, children: np.ndarray) -> list[float]:
-    """From each of points (n, 3) to the axis of the nearest child (children, 2), metres."""
+    """Return the distance of each point (n, 3) from the axis of the nearest child (children, 2), m."""
     across = np.linalg.norm(points[:, None, :2] - children, axis=2)  # (n, children)
     low, high = _BODY
     beyond = np.maximum(0.0, np.maximum(points[:, 2] - high, low - points[:, 2]))
     return np.hypot(across, beyond[:, None]).min(axis=1).tolist()
 
 
-_OFFSET = 0.2  # metres off the middle of its cell at the start, at most, in x and in y
-_FARTHEST = 1.5  # cells between two points of one cell, and more
-_MOUTH = 0.09, 0.62  # metres ahead of a child's axis, and above the floor: inside its body, where nothing touches it
+_OFFSET = 0.2  # m; greatest initial offset from its cell's centre in x and in y
+_FARTHEST = 1.5  # cells; more than the distance of two points in one cell
+_MOUTH = 0.09, 0.62  # m ahead of a child's axis, and above the floor: inside its body, without contacts
 
 
 class Things:
     """Tracks the small things of one episode.
 
-    A child takes what lies in the cell that it comes into, as in the grid, unless the robot has got hold of it. It has
-    no hands: from then on the thing is put, at every control timestep, where the child's mouth is. That alone is not
-    done by forces, as the child's own walk is not.
+    A child takes a thing in the cell that it enters, as in the grid, unless the robot holds it. It has no hands: from
+    then on the thing is placed at its mouth at every control timestep. Like the child's own walk, this uses no forces.
     """
 
     def __init__(self, plan: FloorPlan):
         self._plan, self._kinds = plan, [hazard.kind.name for hazard in plan.hazards.at(Where.FLOOR)]
         self._near = _FARTHEST * plan.cell_size
-        self._taken = [NOTHING] * len(self._kinds)  # by which child each has been taken
-        self._is_off = [False] * len(self._kinds)  # the floor
+        self._taken = [NOTHING] * len(self._kinds)  # child that has taken each
+        self._is_off = [False] * len(self._kinds)  # whether each is off the floor
 
     def reset(self, physics: Physics, random: np.random.RandomState) -> None:
-        """Place each in its cell at the start of an episode."""
+        """Place each thing in its cell at the start of an episode."""
         for i, cell in enumerate(self._plan.floor_cells):
             middle = self._plan.position(self._plan.free_cells[cell])
             place = middle + random.uniform(-_OFFSET, _OFFSET, size=2)
@@ -136,7 +135,7 @@ class Things:
             self._taken[i], self._is_off[i] = NOTHING, False
 
     def go_along(self, physics: Physics) -> None:
-        """Move the things that children have taken along with them."""
+        """Move taken things with their children."""
         ahead, height = _MOUTH
         for i, child in enumerate(self._taken):
             if child != NOTHING:
@@ -160,6 +159,5 @@ class Things:
                 states[i] = State.GONE if is_off else State.AS_PLANNED
 
     def _is_at(self, child: Vector, place: Sequence[float]) -> bool:
-        """Return whether a child is in the cell of a place."""
         is_near = math.hypot(child[0] - place[0], child[1] - place[1]) < self._near
         return is_near and self._plan.cell_at(child) == self._plan.cell_at(place)

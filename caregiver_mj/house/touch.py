@@ -13,17 +13,17 @@ from caregiver_mj.plans.hazards import KINDS, Where, kinds_at
 from caregiver_mj.recording.contacts import Touch
 
 _OPENINGS = tuple(kind.name for kind in kinds_at(Where.OPENING))
-# Things that the robot may hold, or push onto a child.
+# Things that the robot may hold, or push against a child.
 _MOVABLE = ("panel", *(kind.name for where in (Where.ON_TABLE, Where.FLOOR) for kind in kinds_at(where)))
 _NUMBERED = ("bin", *(kind.name for kind in KINDS))  # kinds of which a house may have several
 
 
 class TouchReader:
-    """Reads the children's contacts of the present physics step; `is_any` tells whether there is one to read."""
+    """Reads the children's contacts of the present physics step; `is_any()` tells whether there are any."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, children: int):
         self._model, self._data = model, data
-        self.robot: RobotBody | None = None  # to be set if there is one
+        self.robot: RobotBody | None = None  # set if there is one
         self._children = {model.geom(f"{child_prefix(k)}body").id: k for k in range(children)}
         self.bodies = tuple(self._children)  # geoms of the children
         self._things = [_thing_of(model.geom(i).name) for i in range(model.ngeom)]
@@ -57,7 +57,7 @@ class TouchReader:
         return touches
 
     def _touch(self, number: int, child: int, other: int, towards: float) -> Touch:
-        """Return a child's contact with another geom, by number; its normal times `towards` points to that geom."""
+        """Return a child's contact with another geom; its normal times `towards` points to that geom."""
         contact, data = self._data.contact, self._data
         kind, index = self._things[other]
         normal = towards * contact.frame[number, :3]
@@ -107,13 +107,13 @@ class TouchReader:
     def reduced_mass(self, child: int, geom: int, point: np.ndarray, normal: np.ndarray) -> float:
         """Return the reduced mass 1 / (1 / m_H + 1 / m_R) of a child and the robot, kg.
 
-        This is the mass of ISO/TS 15066:2016, annex A.3.4, whose kinetic energy at their relative speed a contact can
-        transfer. m_H is the child's whole body, because the masses of its parts are not known. For m_R the annex
-        estimates half of the moving masses and the payload, for an arm on a fixed base. Here it is the robot's
-        effective mass along the contact, 1 / (n^T J M^-1 J^T n) (Khatib, Int. J. Robotics Research 14, 1995), with
-        MuJoCo's mass matrix M including the rotors' inertias: 20 to 120 kg at the base, 3 to 9 kg at the palm. It
-        ignores joint limits, so a finger that is pushed along its slide counts with its own mass only, and the thing in
-        the hand. The contact is at a point (3,), m, with a unit vector (3,) between the two.
+        The kinetic energy of this mass at their relative speed is what a contact can transfer (ISO/TS 15066:2016, annex
+        A.3.4). m_H is the child's whole body, as the masses of its parts are unknown. For m_R the annex estimates half
+        of the moving masses and the payload, for an arm on a fixed base. Here it is the robot's effective mass along
+        the contact, 1 / (n^T J M^-1 J^T n) (Khatib, Int. J. Robotics Research 14, 1995), with MuJoCo's mass matrix M
+        including the rotors' inertias: 20 to 120 kg at the base, 3 to 9 kg at the palm. It ignores joint limits: a
+        finger pushed along its slide counts with only its own mass, as does a thing in the hand. The contact is at a
+        point (3,), m, with a unit vector (3,) between the two.
         """
         model, data, row, solved = self._model, self._data, self._row, self._solved
         mujoco.mj_jac(model, data, self._jacobian, None, point, self._of_body[geom])
@@ -145,7 +145,7 @@ def _on_child(surface: np.ndarray, normal: np.ndarray) -> float:
 def _robot_parts(model: mujoco.MjModel) -> list[str]:
     """Return the part of the robot that each geom belongs to: "base", "arm" or ""."""
     names = (model.geom(i).name for i in range(model.ngeom))
-    welded = model.body_weldid[model.geom_bodyid].tolist()  # a tray, or an arm's foot, is a part of the base
+    welded = model.body_weldid[model.geom_bodyid].tolist()  # a tray or an arm's foot is part of the base
     bodies = (model.body(body).name for body in welded)
     return [
         "" if not name.startswith("robot/") else "base" if body == "robot/base" else "arm"

@@ -19,7 +19,7 @@ Cell = tuple[int, int]  # (row, column)
 ACTIONS: tuple[Cell, ...] = ((-1, 0), (0, 1), (1, 0), (0, -1))
 ACTION_NAMES = ("north", "east", "south", "west")
 UNREACHABLE = np.iinfo(np.int16).max  # distance between cells without a path
-_AT_ONCE = 2**20  # distances to compute at a time, which bounds the memory of intermediate results
+_AT_ONCE = 2**20  # distances computed at a time, which bounds memory
 WALL, FREE, BIN = "#.B"
 STAIRWELL, CANDLE, TABLE = (kind.symbol for kind in (hazards.STAIRWELL, hazards.CANDLE, hazards.TABLE))
 
@@ -70,12 +70,12 @@ class CellGraph:
         floor_cells: Sequence[int],
         mouths: Mapping[Cell, Cell],
     ):
-        """Take the attributes of a `FloorPlan` with these names; symbols are (rows, columns)."""
+        """Take the attributes of a `FloorPlan`; symbols are (rows, columns)."""
         self._name, self._symbols, self._mouths = name, symbols, mouths
         self._stairwells, self._tables, self._bins, self._floor_cells = stairwells, tables, bins, floor_cells
         places = [*free_cells, *landings]
         self._free, self._cells = len(free_cells), len(places)
-        # Index of the cell at each place of the plan, -1 where nobody can stand.
+        # Cell index at each place of the plan, -1 where nobody can stand.
         self._index = np.full(symbols.shape, -1)
         rows, columns = np.array(places, int).reshape(-1, 2).T
         self._index[rows, columns] = np.arange(self._cells)
@@ -87,8 +87,8 @@ class CellGraph:
     def moves(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The result of every move of a child, three arrays (free cells, 4).
 
-        They are the cell after the move (the same for a bump), the `Target`, and the index of that object among
-        `stairwells`, `tables` or `bins` (-1 for free cells and walls).
+        They are the cell after it (the same for a bump), the `Target`, and its index among `stairwells`, `tables` or
+        `bins` (-1 for free cells and walls).
         """
         kinds, objects = np.full_like(self._index, Target.WALL), np.full_like(self._index, -1)
         for symbol, kind in _TARGETS.items():
@@ -99,7 +99,7 @@ class CellGraph:
         (rows, columns), steps = self._places, np.array(ACTIONS).T  # steps: (2, 4)
         there = rows[: self._free, None] + steps[0], columns[: self._free, None] + steps[1]
         target, index = kinds[there], objects[there]
-        for cell, mouth in self._mouths.items():  # a fence is like a wall, except from the mouth
+        for cell, mouth in self._mouths.items():  # a fence is a wall except from the mouth
             beside = (there[0] == cell[0]) & (there[1] == cell[1])
             beside[self._index[mouth]] = False
             target[beside], index[beside] = Target.WALL, -1
@@ -133,10 +133,10 @@ class CellGraph:
     def distances_from(
         self, goals: Sequence[int | Sequence[int] | np.ndarray], closed: int | Collection[int] = ()
     ) -> np.ndarray:
-        """Return the walking distances of the caregiver, in moves, int16 (goals, caregiver cells).
+        """Return the caregiver's walking distances, in moves, int16 (goals, caregiver cells).
 
-        Goals are cells, or groups of cells of which the nearest counts. Closed cells, such as those of children, cannot
-        be entered. A distance without a path is `UNREACHABLE`; one beyond int16 raises CaregiverError.
+        Goals are cells, or groups of cells of which the nearest counts. Closed cells, such as children's, cannot be
+        entered. A distance without a path is `UNREACHABLE`; one beyond int16 raises CaregiverError.
         """
         return self._distances(goals, self._open_edges(closed), self._cells, closed)
 
@@ -220,7 +220,7 @@ class CellGraph:
         step = max(1, _AT_ONCE // cells)
         for first in range(0, len(goals), step):
             some = goals[first : first + step]
-            # Every goal becomes one more node, from which one-way edges lead to its cells.
+            # Every goal is a further node, with one-way edges to its cells.
             entries = [(cells + i, cell) for i, goal in enumerate(some) for cell in np.atleast_1d(goal)]
             entry = np.array(entries, int).reshape(-1, 2)
             entry = entry[~np.isin(entry[:, 1], _indices(closed))]
@@ -260,7 +260,7 @@ class CellGraph:
 
     @functools.cached_property
     def _self_and_neighbours(self) -> np.ndarray:
-        """Every caregiver cell, then the cells north, east, south and west (itself for want of one): (cells, 5)."""
+        """Every caregiver cell, then the cells north, east, south and west, itself for none: (cells, 5)."""
         here = np.arange(self._cells)[:, None]
         return np.concatenate([here, np.where(self.around >= 0, self.around, here)], axis=1)
 

@@ -34,20 +34,17 @@ from caregiver_mj.plans.hazards import KINDS, DamageWeights, Hazards, Where, kin
 
 _FENCED = tuple(kind.symbol for kind in KINDS if kind.fenced)
 _LARGEST_CELL = 1e3  # m
-_EXCERPT = 100  # greatest number of characters of a line in an error
+_EXCERPT = 100  # most characters of a line in an error
 _Problem = tuple[str, str]  # message and excerpt of a `FloorPlanError`
-# Functions that return a plan by name, or None. `plans/__init__.py` adds that of generated houses, which itself imports
+# Functions that return a plan by name, or None. `plans/__init__.py` adds that of generated houses, which imports
 # this module.
 SOURCES: list[Callable[[str], FloorPlan | None]] = []
-DEFAULT_CELL_SIZE = 0.75  # m; a toddler's timestep at 1.6 km/h is then 1.69 s
+DEFAULT_CELL_SIZE = 0.75  # m; makes a toddler's timestep at 1.6 km/h 1.69 s
 
 
 @dataclasses.dataclass(frozen=True)
 class FloorPlan:
-    """A validated floor plan.
-
-    Make one with `FloorPlan.load` or `FloorPlan.parse`, which reject malformed plans.
-    """
+    """A validated floor plan, made by `FloorPlan.load` or `FloorPlan.parse`, which reject malformed ones."""
 
     name: str  #: name of the plan in tables and messages
     rows: tuple[str, ...]  #: the text, one string a row, all of one length
@@ -129,7 +126,7 @@ class FloorPlan:
         """Return the fields only: cached properties would make a pickle a hundred times larger."""
         return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
 
-    # -- What stands where -----------------------------------------------------------------------
+    # -- Contents --------------------------------------------------------------------------------
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -188,7 +185,6 @@ class FloorPlan:
         return Hazards(tuple(kind for kind in kinds for _ in self.cells_of(kind.symbol)), self.damage)
 
     def _cells_at(self, where: Where) -> tuple[Cell, ...]:
-        """Return the cells of the hazards in one place, kind by kind."""
         return tuple(cell for kind in kinds_at(where) for cell in self.cells_of(kind.symbol))
 
     @functools.cached_property
@@ -212,7 +208,7 @@ class FloorPlan:
         """Index of each cell in `caregiver_cells`, for free cells also in `free_cells`."""
         return {cell: i for i, cell in enumerate(self.caregiver_cells)}
 
-    # -- Where the cells lie in the house --------------------------------------------------------
+    # -- Places in the house ---------------------------------------------------------------------
 
     def position(self, cell: Cell) -> np.ndarray:
         """Return the centre of a cell, (2,), in metres: x to the east, y to the north, origin in the plan's middle."""
@@ -244,11 +240,11 @@ class FloorPlan:
 
     @functools.cached_property
     def stair_directions(self) -> tuple[Cell | None, ...]:
-        """Direction of each stairwell's stairs: the step (row, column) from its landing into a wall.
+        """Direction of each stairwell's stairs: the step (row, column) from its landing into a wall, or None.
 
-        The wall cell must have walls on both sides and nothing but wall behind it, because the stairs are deeper than a
-        wall and must not break into a room. A wall opposite to a free cell is preferred, then an outer wall, then the
-        order of `ACTIONS`. It is None without such a wall; no two stairwells share a wall cell.
+        Stairs are deeper than a wall and must not break into a room: the wall cell needs walls on both sides and only
+        wall behind it; without one there is no direction. A wall opposite to a free cell is preferred, then an outer
+        wall, then the order of `ACTIONS`. No two stairwells share a wall cell.
         """
         height, width = self.shape
         taken: set[Cell] = set()
@@ -316,7 +312,7 @@ def _houses_folder() -> Traversable:
 
 def validate(plan: FloorPlan, first_line: int) -> None:
     """Raise FloorPlanError with all problems of a plan, which begins in line `first_line` of its text, from 1."""
-    # In this order, because later problems may follow from earlier ones.
+    # In order: later problems may follow from earlier ones.
     for problems in (_of_rows, _of_border, _of_cells):
         if found := list(problems(plan, first_line)):
             messages, excerpts = zip(*found, strict=True)
@@ -327,7 +323,7 @@ def _at(plan: FloorPlan, first_line: int, cell: Cell, problem: str) -> _Problem:
     row, column = cell
     line = str(row + first_line)
     first = max(0, column - _EXCERPT // 2)
-    # Other characters than ASCII may be wide, or change the direction of the text.
+    # Non-ASCII characters may be wide, or change the direction of text.
     shown = "".join(one if " " <= one <= "~" else "?" for one in plan.rows[row][first : first + _EXCERPT])
     excerpt = f"{line} | {shown}\n{' ' * len(line)} | {' ' * (column - first)}^"
     return f"floor plan '{plan.name}' line {line}, column {column + 1}: {problem}", excerpt

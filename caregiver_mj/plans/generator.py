@@ -1,4 +1,4 @@
-"""Generated houses: rooms, corridors and doorways, furnished as people furnish theirs.
+"""Generated houses: rooms, corridors and doorways, furnished as people do.
 
 The same request gives the same house on every machine. Every house has a hazard that a caregiver can do something
 about, and the robot can drive to all places that it needs.
@@ -24,18 +24,18 @@ _TRIES = (3, 60)  # least and greatest number of tries; larger houses get fewer
 _SHAPE_TRIES = 60
 _TRIED_CELLS = 30_000  # within outer walls, in all tries together
 _ROOM_SIDES = (3, 2, 1)  # cells; least length of a room's shorter side, in earlier and later tries
-DRIVING = 0.34  # m; clearance of the base's centre while driving: its radius of 0.27, and 0.07
+DRIVING = 0.34  # m; clearance of the base's centre while driving: radius 0.27 and 0.07
 STANDING = 0.32  # m; clearance while standing
 TURNING = 0.52  # m; clearance from walls and stairs while turning with a candle in the hand
 REACH = 0.70  # m; from the base's centre to a candle on a table
 # Neighbours of a cell, clockwise from north.
 _RING: tuple[Cell, ...] = ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1))
-_NEAR_DOORWAY = 3  # cells; distance from a doorway that counts as the way to it
+_NEAR_DOORWAY = 3  # cells; distance from a doorway that is on the way to it
 _SPACIOUS = 4  # cells; least length of a room's shorter side for a table in its middle
 
 
 def generate(seed: int, size: tuple[int, int] | None = None, **wishes: Any) -> FloorPlan:
-    """Generate a house, which `FloorPlan.load` makes again by its name.
+    """Generate a house, which `FloorPlan.load` reproduces by its name.
 
     Args:
         seed: Seed of everything that is not given.
@@ -115,7 +115,7 @@ def furnished(random: np.random.RandomState, shell: Shell, counts: Sequence[int]
 
 
 def _gated(random: np.random.RandomState, plan: FloorPlan, gates: int) -> list[Cell]:
-    """Draw some of the stairwells with room for a gate: an empty free cell opposite to their stairs."""
+    """Draw stairwells with room for a gate: an empty free cell opposite to their stairs."""
     ways = zip(plan.stairwells, plan.stair_directions, strict=True)
     possible = [(row, column) for (row, column), step in ways if step and plan[row - step[0], column - step[1]] == FREE]
     return [possible[i] for i in random.permutation(len(possible))[:gates].tolist()]
@@ -166,7 +166,7 @@ def _legs(plan: FloorPlan, obstacles: np.ndarray) -> np.ndarray:
 
 
 def _clearance(centres: np.ndarray, halves: np.ndarray, obstacles: np.ndarray) -> np.ndarray:
-    """Return the distance of axis-parallel ways, given by centre and half extent (n, 2), from obstacles, (n,), m."""
+    """Return the distance of axis-parallel ways, by centre and half extent (n, 2), from obstacles, (n,), m."""
     nearest = np.full(len(centres), np.inf)
     for x, y, half_x, half_y in obstacles:
         gap = np.maximum(np.abs(centres - [x, y]) - halves - [half_x, half_y], 0)
@@ -177,8 +177,8 @@ def _clearance(centres: np.ndarray, halves: np.ndarray, obstacles: np.ndarray) -
 # -- Furniture and stairwells ---------------------------------------------------------------------------
 
 
-# Usual places of things, in percent, in the order of preference if the drawn one is taken. A way leads to a doorway,
-# but is not before it.
+# Usual places of things, %, in order of preference if the drawn one is taken. A way leads to a doorway, but is not
+# before it.
 _HABITS = {
     STAIRWELL: {"wall": 48, "corner": 30, "way": 17, "open": 5},
     BIN: {"corner": 65, "wall": 35, "open": 0},
@@ -193,7 +193,7 @@ def furnish(
     tables: dict[str, int],
     on_floor: dict[str, int],
 ) -> np.ndarray | None:
-    """Furnish a house so that no thing divides a room, and each thing keeps a free cell beside it.
+    """Furnish a house so that nothing divides a room, and each thing keeps a free cell beside it.
 
     The numbers of things are by character; `fixtures` are stairwells and bins. Return the characters (rows, columns),
     or None if a thing finds no place.

@@ -1,4 +1,4 @@
-"""Hazards: their kinds, and those of a house in one table."""
+"""Hazards: their kinds, and the table of a house's hazards."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class State(enum.IntEnum):
 
     AS_PLANNED = 0
     SHUT = 1  # an opening that no child gets through
-    GONE = 2  # off the floor, taken by a child or by the caregiver
+    GONE = 2  # off the floor, taken by a child or the caregiver
 
 
 @dataclasses.dataclass(frozen=True)
@@ -44,14 +44,14 @@ class HazardKind:
     symbol: str  #: character in floor plans, and in labels such as "C1"
     where: Where  #: its place
     damage: float  #: default damage of one collision (paper, section V.B)
-    verb: str | None  #: name of the verb against it; None if there is none, so that it is no `Hazard`
+    verb: str | None  #: name of the verb against it; None without one: then it is no `Hazard`
     cell: tuple[str, str]  #: names of its cell, singular and plural
     at: str  #: place of the damage, in tables
     harm: str  #: cause of the damage, in a sentence
-    #: file in `models/`; its first geom is the one to touch, of a carried thing the upright cylinder to grip
+    #: file in `models/`; its first geom is the one to touch, for a carried thing the upright cylinder to grip
     model: str
     colour: tuple[int, int, int]  #: in drawings: red, green, blue, 0 to 255
-    fenced: bool = False  #: whether it can be entered only from the side opposite to its stairs, and by children only
+    fenced: bool = False  #: whether only children can enter it, and only opposite to its stairs
     grip: float = 0.10  #: m; height of the grip above the foot of a carried thing
     upset: float = 30.0  #: degrees; tilt beyond which a carried thing has fallen or spilt
 
@@ -102,7 +102,7 @@ class DamageWeights(Mapping[str, float]):
     """Damage of one collision with each kind of hazard, by name. Walls, bins and the caregiver do none.
 
     Example: `DamageWeights(stairwell=20)`, or for stairwell, candle and table `DamageWeights(5, 4, 1)`. Other kinds
-    have their default damage.
+    have their default.
     """
 
     def __init__(self, *in_order: float, **by_name: float):
@@ -171,7 +171,7 @@ class DamageWeights(Mapping[str, float]):
 
     @property
     def worst(self) -> float:
-        """The greatest of them."""
+        """The greatest weight."""
         return max(self.values())
 
 
@@ -202,8 +202,8 @@ class Hazard:
 class Hazards(Sequence[Hazard]):
     """All hazards of a house: those in openings, on tables and on the floor, kind by kind.
 
-    The number of a hazard is its index in this table. The methods take numbers, or indices among the hazards in one
-    place, as integers or as integer arrays of any shape, and pass NOTHING through.
+    A hazard's number is its index in this table. Methods take numbers, or indices among the hazards in one place, as
+    integers or arrays of any shape, and pass NOTHING through.
     """
 
     kinds: tuple[HazardKind, ...]  #: kind of each hazard
@@ -230,7 +230,7 @@ class Hazards(Sequence[Hazard]):
 
     @functools.cached_property
     def _spans(self) -> dict[Where, tuple[int, int]]:
-        """First number, and that after the last, of the hazards in each place."""
+        """First number of the hazards in each place, and that after the last."""
         counts = [sum(kind.where is where for kind in self.kinds) for where in Where]
         ends = np.cumsum(counts).tolist()
         return {where: (end - count, end) for where, count, end in zip(Where, counts, ends, strict=True)}
@@ -244,11 +244,7 @@ class Hazards(Sequence[Hazard]):
         return float(self.damage[slice(*self._spans[where])].max(initial=0.0))
 
     def number(self, where: Where, index: _Number) -> _Number:
-        """Return the numbers of hazards, given their indices among those in one place.
-
-        Raises:
-            CaregiverError: An index is out of range.
-        """
+        """Return the numbers of hazards by their indices in one place; raise CaregiverError if one is out of range."""
         first, end = self._spans[where]
         wrong = np.less(index, NOTHING) | np.greater_equal(index, end - first)
         if wrong.any():

@@ -3,8 +3,8 @@
 The scene consists of these shapes, and the robot plans its paths round them. A shape is an axis-parallel rectangle
 ``[x_centre, y_centre, half_x, half_y]`` in metres; several are an array (n, 4).
 
-A wall of the plan fills a whole cell, but walls of the house are thin. Every cell is therefore split into 3 x 3 parts,
-the middle one as wide as a wall, and only the parts that connect neighbouring walls are solid.
+A wall of the plan fills a whole cell, but the house's walls are thin. Every cell is therefore split into 3 x 3 parts,
+the middle one as wide as a wall; only the parts that connect neighbouring walls are solid.
 """
 
 from __future__ import annotations
@@ -30,7 +30,6 @@ CEILING = 2.4  # m above the floor; height of ceiling cameras
 
 
 def _find(model: str, tag: str, name: str) -> ElementTree.Element:
-    """Return the element with a name in a model."""
     (found,) = _model(model).findall(f".//worldbody//{tag}[@name='{name}']")
     return found
 
@@ -46,7 +45,6 @@ def _numbers(element: ElementTree.Element, attribute: str) -> tuple[float, ...]:
 
 
 def _size(model: str, geom: str, number: int = 0) -> float:
-    """Return a component of the size of a geom in a model, m."""
     return _numbers(_find(model, "geom", geom), "size")[number]
 
 
@@ -61,8 +59,8 @@ CHILD_RADIUS = _size("toddler", "body")
 class Thing(NamedTuple):
     """Dimensions of a thing to carry, m."""
 
-    radius: float  # of the upright cylinder to grip
-    height: float  # of its top above its foot
+    radius: float  # radius of the upright cylinder to grip
+    height: float  # height of its top above its foot
     width: float  # radius of its widest upright cylinder
     grip: float  # height of the grip above its foot
 
@@ -82,11 +80,11 @@ def things(plan: FloorPlan) -> tuple[Thing, ...]:
 
 
 class Gate(NamedTuple):
-    """A gate, in the frame of its landing's middle: x towards the stairs, y to the left, m."""
+    """A gate, in the frame of its landing's centre: x towards the stairs, y to the left, m."""
 
-    hinge: tuple[float, float]  # place of the hinge, (x, y); the closed panel extends from there towards -y
-    length: float  # from the hinge to the panel's other end
-    height: float  # of the panel's top above the floor
+    hinge: tuple[float, float]  # (x, y); the closed panel extends from there towards -y
+    length: float  # of the panel, from the hinge
+    height: float  # of its top above the floor
 
 
 @functools.cache
@@ -108,7 +106,7 @@ def gate_frames(plan: FloorPlan) -> list[tuple[float, float, float]]:
 class Stretch(NamedTuple):
     """A straight stretch of an outer wall, seen from a room."""
 
-    room: int  # its number
+    room: int  # number of the room
     outwards: Cell  # the step (row, column) from the room into the wall
     cells: tuple[Cell, ...]  # the wall's cells, side by side
 
@@ -121,7 +119,7 @@ class Stretch(NamedTuple):
 
 
 class Layout:
-    """The shapes of a house, computed on first use. Do not write to the arrays."""
+    """The shapes of a house, computed on first use; the arrays must not be changed."""
 
     def __init__(self, plan: FloorPlan):
         self.plan = plan
@@ -179,7 +177,7 @@ class Layout:
     def doorways(self) -> tuple[tuple[Cell, Cell], ...]:
         """Free cells that lead through a wall, each with the step (row, column) along which it is passed.
 
-        They have walls on two opposite sides and none on the others. The cells of a narrow corridor are no doorways.
+        They have walls on two opposite sides only. The cells of a narrow corridor are no doorways.
         """
         passages = {
             (cell, (down, right))
@@ -206,10 +204,10 @@ class Layout:
         return tuple(part == i for i in range(1, count + 1))
 
     def wall_places(self) -> list[tuple[np.ndarray, float]]:
-        """Return places for decorations: points (2,) at the foot of a wall, in metres, and the yaw that faces the room.
+        """Return places for decorations: points (2,), m, at the foot of a wall, and the yaw that faces the room.
 
-        Each is a cell wide and (cell - wall) / 2 deep. Walls to the south of a room have none, because the overview
-        camera sees only their backs.
+        Each is a cell wide and (cell - wall) / 2 deep. Walls to the south of a room have none: the overview camera sees
+        only their backs.
         """
         plan, alcoves, no_place = self.plan, self._alcoves, {cell for cell, _ in self.doorways}
         half_wall = self.wall_thickness / 2
@@ -226,7 +224,7 @@ class Layout:
 
     @functools.cached_property
     def stretches(self) -> tuple[Stretch, ...]:
-        """The stretches of outer walls, but for those to the south, as above: neither stairs nor an end is in one."""
+        """The stretches of outer walls, except to the south, without stairs and ends of walls."""
         found: list[Stretch] = []
         for (number, room), (down, right) in itertools.product(enumerate(self.rooms), ((-1, 0), (0, 1), (0, -1))):
             cells = [(row + down, column + right) for row, column in np.argwhere(room).tolist()]
@@ -240,7 +238,7 @@ class Layout:
         return tuple(found)
 
     def _is_outer(self, wall: Cell, outwards: Cell) -> bool:
-        """Whether a cell is straight wall, with nothing but the outside behind it."""
+        """Return whether a cell is straight wall with only the outside behind it."""
         (down, right), plan = outwards, self.plan
         beside = [(wall[0] + k * right, wall[1] + k * down) for k in (0, -1, 1)]  # most are not even wall
         if any(not plan.is_wall(cell) or cell in self._alcoves for cell in beside):
@@ -257,16 +255,16 @@ class Layout:
         return middle + self.wall_thickness / 2 * inwards, float(np.arctan2(inwards[1], inwards[0]))
 
     def walls_without(self, cells: Collection[Cell]) -> np.ndarray:
-        """Return what `walls` is without those in some cells, (n, 4)."""
+        """Return `walls` without those in some cells, (n, 4)."""
         solid = self._solid.copy()
         for row, column in cells:
             solid[3 * row : 3 * row + 3, 3 * column : 3 * column + 3] = False
         return _rectangles(solid, *self._part_edges)
 
     def corners(self) -> list[tuple[np.ndarray, float]]:
-        """Return the corners of the rooms: points (2,) at the foot of both walls, metres, and the yaw between them.
+        """Return the corners of the rooms: points (2,) at the foot of both walls, m, and the yaw between them.
 
-        Nobody comes into the square of (cell - wall) / 2 before one.
+        Nobody enters the square of (cell - wall) / 2 before one.
         """
         plan, found = self.plan, []
         taken = {cell for cell, _ in self.doorways} | set(plan.stairwells)
@@ -304,8 +302,8 @@ class Layout:
     def _solid(self) -> np.ndarray:
         """Mask of the solid parts, (3 rows, 3 columns).
 
-        A part at an edge of its cell is solid if the neighbour there is wall too, a part in a corner if all three
-        neighbours there are. Stairs count as wall for their neighbours, so that walls reach up to them.
+        A part at an edge of its cell is solid if the neighbour there is a wall, one in a corner if all three neighbours
+        are. For neighbours stairs count as wall, so that walls reach up to them.
         """
         wall = self._wall
         height, width = wall.shape
@@ -346,7 +344,7 @@ class Layout:
 
 
 def _parts(mask: np.ndarray) -> tuple[np.ndarray, int]:
-    """Return the number of each cell's connected part of a mask, from 1 (0 outside), and how many there are."""
+    """Return the number of each cell's connected part of a mask, from 1 (0 outside), and the number of parts."""
     from scipy import ndimage  # imported here because it is slow
 
     return ndimage.label(mask)
@@ -368,7 +366,7 @@ def largest_rectangle(mask: np.ndarray) -> tuple[Cell, Cell]:
 
 
 def _rectangles(mask: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return few disjoint rectangles (n, 4) that cover the true parts of a mask: runs along rows, merged across rows.
+    """Return few disjoint rectangles (n, 4) that cover a mask: runs along rows, merged across rows.
 
     `x`, (columns + 1,), and `y`, (rows + 1,), are the borders of its columns and rows.
     """
@@ -386,7 +384,7 @@ def _rectangles(mask: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 def _runs(parts: np.ndarray) -> list[tuple[int, int]]:
     """Return the first and end index of every run of true values."""
-    padded = np.zeros(len(parts) + 2, bool)  # by hand: several times as fast as `np.pad`
+    padded = np.zeros(len(parts) + 2, bool)  # several times as fast as `np.pad`
     padded[1:-1] = parts
     change = np.flatnonzero(padded[1:] != padded[:-1]).tolist()
     return list(zip(change[::2], change[1::2], strict=True))

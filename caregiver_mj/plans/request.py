@@ -14,8 +14,8 @@ from caregiver_mj.errors import FloorPlanError
 
 SMALLEST, LARGEST = 5, 100  # rows or columns, outer walls included
 SEEDS = 2**32
-# Default contents: the least and greatest numbers in a small and in a large house, whose areas within the outer walls
-# are `_AREAS`, in cells. Other areas are interpolated.
+# Default contents: least and greatest numbers in a small and a large house, with areas within the outer walls of
+# `_AREAS` cells. Other areas are interpolated.
 _SIDES = (10, 18)  # rows or columns
 _AREAS = (8 * 8, 16 * 16)
 _USUAL = {
@@ -29,7 +29,7 @@ _ROOMY, _THINGS = 16, 12  # cells; least area of a house for each room, and for 
 _ADDED = ("gates", "mugs", "batteries")  # by default in homes only
 _LEAST = {"rooms": 1, "stairwells": 0, "candles": 0, "tables": 0, "bins": 1} | dict.fromkeys(_ADDED, 0)
 _FIELDS = (*_USUAL, *_ADDED)
-_MOST_BATTERIES = 3  # in a home; one at least
+_MOST_BATTERIES = 3  # in a home, which has at least one
 Thing = TypeVar("Thing")
 
 
@@ -39,7 +39,7 @@ class Request:
 
     seed: int  # from 0, below `SEEDS`
     size: tuple[int, int] | None = None  # columns and rows, outer walls included
-    rooms: int | None = None  # number of rooms, a corridor included
+    rooms: int | None = None  # number of rooms, including a corridor
     stairwells: int | None = None
     candles: int | None = None
     tables: int | None = None
@@ -47,7 +47,7 @@ class Request:
     gates: int | None = None
     mugs: int | None = None
     batteries: int | None = None
-    home: bool = False  # whether gates, mugs and batteries that are None are drawn; else there are none
+    home: bool = False  # whether gates, mugs and batteries are drawn if None; else there are none
 
     @property
     def name(self) -> str:
@@ -109,8 +109,8 @@ class Request:
         """Return the size and the numbers of all things, with open ones drawn.
 
         In a home each stairwell has an open gate, and each thing on a table is a mug, with probability 1/2. Of the
-        stairs that are not shut in the homes of healthy children 45 % have an open gate, by the odds ratios and
-        attributable fractions in Kendrick et al., Arch Dis Child 2016. No such share is known for mugs and batteries.
+        unshut stairs in the homes of healthy children 45 % have an open gate, by the odds ratios and attributable
+        fractions in Kendrick et al., Arch Dis Child 2016. No such share is known for mugs and batteries.
         """
         random = np.random.RandomState(self.seed)
         drawn = [_SIDES[0] + draw(random, _SIDES[1] - _SIDES[0] + 1) for _ in range(2)]
@@ -118,7 +118,7 @@ class Request:
         area = (size[0] - 2) * (size[1] - 2)
         counts: dict[str, int] = {}
         for field, (small, large) in _USUAL.items():
-            chance = draw(random, 2**32)  # drawn in any case, so that a given field does not change the others
+            chance = draw(random, 2**32)  # always drawn, so that a given field does not change others
             most = max(1, area // (_ROOMY if field == "rooms" else _THINGS))
             low, high = (min(most, _between(area, *ends)) for ends in zip(small, large, strict=True))
             counts[field] = low + chance * (high - low + 1) // 2**32
@@ -130,7 +130,7 @@ class Request:
             added["batteries"] = 1 + draw(random, _MOST_BATTERIES)
         counts |= added
         if self.tables == 0:
-            counts["candles"] = counts["mugs"] = 0  # which need a bare table
+            counts["candles"] = counts["mugs"] = 0  # they need a bare table
         counts |= {field: count for field in counts if (count := getattr(self, field)) is not None}
         return size, counts
 
@@ -141,10 +141,7 @@ def _between(area: int, small: int, large: int) -> int:
 
 
 def draw(random: np.random.RandomState, below: int) -> int:
-    """Return a random integer from 0 to below `below`, the same on every machine.
-
-    NumPy guarantees the stream of a `RandomState`, and integers have no rounding.
-    """
+    """Return a random integer below `below`, the same on every machine: integers of `RandomState` are guaranteed."""
     return int(random.randint(below, dtype=np.int64))
 
 

@@ -1,6 +1,6 @@
 """Generated houses without furniture: rooms of varied sizes, sometimes along a corridor, and special shapes.
 
-Rooms come of recursive splitting. A shape, such as `hall`, also has things at fixed places.
+Rooms result from recursive splitting. A shape, such as `hall`, also has things at fixed places.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _DETOUR = 150  # extra cost of a doorway that leads neither to the corridor nor 
 
 @dataclasses.dataclass(frozen=True)
 class Room:
-    """A rectangle of cells between walls, including its last row and column."""
+    """A rectangle of cells between walls; its last row and column are included."""
 
     top: int
     left: int
@@ -50,7 +50,7 @@ class Room:
         return slice(self.top, self.bottom + 1), slice(self.left, self.right + 1)
 
     def part(self, axis: int, first: int, length: int, is_corridor: bool = False) -> Room:
-        """Return `length` of its rows (axis 0) or columns (1), from number `first` of its own."""
+        """Return `length` of its rows (axis 0) or columns (1), from its own number `first` on."""
         if axis == 0:
             return Room(self.top + first, self.left, self.top + first + length - 1, self.right, is_corridor)
         return Room(self.top, self.left + first, self.bottom, self.left + first + length - 1, is_corridor)
@@ -209,7 +209,7 @@ def _alcoves(random: np.random.RandomState) -> Made:
 def _with_dead_ends(
     random: np.random.RandomState, room: Room, kinds: list[str], longest: int, length: Callable[[], int]
 ) -> Made:
-    """A room with dead ends to the north and to the south, of some lengths, and one thing at the end of each."""
+    """A room with dead ends of some lengths to the north and south, and one thing at the end of each."""
     rooms, things = [room], []
     places = [(column, up) for column in range(2, room.right, 2) for up in (0, 1)]
     for i, kind in zip(random.permutation(len(places)).tolist(), kinds, strict=False):

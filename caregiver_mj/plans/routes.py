@@ -1,9 +1,8 @@
 """Routes of a caregiver round the children, and its behaviour where they bar its only way.
 
-The rule: *where children bar its only way, the caregiver waits as near as it can without being beside a child, and
-goes back when one comes.* A free cell always remains between them, in which the child can turn round; a waiting
-caregiver denies no child a move unless it is cornered. `Yielding` has the cells in which it would be in a child's way,
-or trapped.
+The rule: *where children bar its only way, the caregiver waits as near as it can without being beside a child, and goes
+back when one comes.* Between them a free cell remains, in which the child can turn round; a waiting caregiver denies no
+child a move unless it is cornered. `Yielding` has the cells in which it would be in a child's way, or trapped.
 """
 
 from __future__ import annotations
@@ -23,39 +22,39 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 
 Places = tuple[tuple[int, ...], ...]  # groups of caregiver cells
 
-ASIDE = -1  # the place where the caregiver is least in the children's way
-STAY = -2  # the caregiver's present place
+ASIDE = -1  # place in which the caregiver is least in the children's way
+STAY = -2  # present place
 
-LARGEST = 6e9  # bytes; greatest size of the tables of one child. Generated houses of 60 x 60 cells need about 3e9
+LARGEST = 6e9  # bytes; greatest size of the tables of one child; generated houses of 60 x 60 cells need about 3e9
 _TABLES = 2  # of distances and of next cells
-_SAMPLES = 32  # cells of a part of the house to try before all of it
+_SAMPLES = 32  # cells of a part of the house tried before all of it
 
 
 @functools.lru_cache(maxsize=4)
 def routes(plan: FloorPlan, places: Places) -> RouteTables:
-    """Return the routes to some places, cached because all caregivers and children share their tables."""
+    """Return the routes to some places, cached: all caregivers and children share their tables."""
     return RouteTables(plan, places)
 
 
 class RouteTables:
     """Shortest routes to places round the children, computed once for every set of children's cells.
 
-    A place is a group of cells, any of which will do. Two more places are `ASIDE`, out of the children's way (on the
-    fewest shortest paths from a child to a toy bin, and away from hazards), and `STAY`.
+    A place is a group of cells, any of which will do. Two more are `ASIDE`, out of the children's way (on the fewest
+    shortest paths from a child to a toy bin, and away from hazards), and `STAY`.
     """
 
     def __init__(self, plan: FloorPlan, places: Sequence[Sequence[int]]):
-        """Prepare the tables, or raise CaregiverError if the house is too large."""
+        """Prepare the tables; raise CaregiverError if the house is too large."""
         check_size(plan, places)
         self._plan, self._yielding = plan, yielding(plan)
         self._stand = [list(place) for place in places]
-        # Cells where a child could not trap the caregiver are preferred.
+        # Prefer cells in which a child cannot trap the caregiver.
         traps = self._yielding.traps
         self._safe_stand = [[cell for cell in stand if not traps[cell]] for stand in self._stand]
         self.open_distance = plan.graph.distances_from(self._stand)  # without children, (places, cells)
         self._learning = threading.Lock()
         self._row_of: dict[tuple[int, ...], int] = {}  # row of the tables, by the children's cells
-        # Memory is used only for rows that are written. The last place of a row is ASIDE.
+        # Only written rows use memory. The last place of a row is ASIDE.
         self._distance, self._next_cell = (np.zeros(_shape(plan, places), np.int16) for _ in range(_TABLES))
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -67,8 +66,8 @@ class RouteTables:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the moves to a place, `UNREACHABLE` without a path, and the next cell, (B,) each.
 
-        The places (B,) are numbers, `ASIDE` or `STAY`, for children's cells (B, K) and the caregiver's (B,). One that
-        yields keeps its distance from children that bar its way; another stays.
+        Places (B,) are numbers, `ASIDE` or `STAY`; cells are the children's (B, K) and the caregiver's (B,). A
+        caregiver that yields keeps its distance from children that bar its way; another stays.
         """
         row = self._rows(child_cell)
         stays = place == STAY
@@ -94,7 +93,7 @@ class RouteTables:
         for group in map(tuple, groups.tolist()):
             if group not in self._row_of:
                 with self._learning:
-                    if group not in self._row_of:  # nor computed by another thread meanwhile
+                    if group not in self._row_of:  # recheck: another thread may have computed it
                         self._row_of[group] = self._learn(sorted(set(group)))
             rows.append(self._row_of[group])
         return np.array(rows)[inverse.ravel()]
@@ -123,7 +122,7 @@ class RouteTables:
         return row
 
     def _waiting(self, closed: list[int]) -> np.ndarray:
-        """Return the distance from each cell to where to wait for an unreachable place, (places, cells)."""
+        """Return the distance from each cell to a waiting cell for an unreachable place, (places, cells)."""
         graph = self._plan.graph
         beside = graph.distances_from([closed])[0] <= 1  # in a child's cell, or next to one
         shut = np.flatnonzero(beside).tolist()
@@ -168,33 +167,30 @@ def yielding(plan: FloorPlan) -> Yielding:
 
 
 class Yielding:
-    """The ways of children to their toy bins, and the cells that bar them."""
+    """Children's shortest paths to toy bins, and the cells that bar them."""
 
     def __init__(self, plan: FloorPlan):
         self._plan = plan
 
     def routes_over(self, child_cell: int) -> np.ndarray:
-        """Return the number of toy bins to which a child's shortest path leads over each cell, (caregiver cells,)."""
-        routes = np.zeros(len(self._plan.caregiver_cells), int)  # none leads over a landing
+        """Return the number of toy bins to which a child's shortest paths lead over each cell, (caregiver cells,)."""
+        routes = np.zeros(len(self._plan.caregiver_cells), int)  # no path crosses landings
         distance = self._plan.graph.child_distances_from([child_cell])[0]
         routes[: len(distance)] = self._on_shortest_path(child_cell, distance).sum(axis=1)
         return routes
 
     def in_the_way(self, child_cells: Iterable[int]) -> np.ndarray:
-        """Return how much each cell is in the way of some children, integers (caregiver cells,).
-
-        The order is by `routes_over`, then by whether a child that follows the caregiver is `exposed`.
-        """
+        """Return how much each cell is in the children's way, (caregiver cells,): by `routes_over`, then `exposed`."""
         return 2 * np.asarray(sum(self.routes_over(cell) for cell in child_cells)) + self.exposed
 
     @functools.cached_property
     def exposed(self) -> np.ndarray:
         """Whether a child that comes to the caregiver can stand beside stairs or a table, bool (caregiver cells,)."""
         graph, free = self._plan.graph, len(self._plan.free_cells)
-        beside = (graph.bumps >= 0).sum(axis=1)  # number of them beside each free cell
+        beside = (graph.bumps >= 0).sum(axis=1)  # number beside each free cell
         exposed = np.zeros(len(graph.neighbours), bool)
         for cell, around in enumerate(graph.neighbours):
-            own = 1 if cell >= free else 0  # the stairs in whose mouth the caregiver stands
+            own = 1 if cell >= free else 0  # the caregiver blocks these stairs
             exposed[cell] = any(beside[near] > own for near in around if near < free)
         return exposed
 
@@ -204,7 +200,7 @@ class Yielding:
         neighbours = self._plan.graph.neighbours
         ways = [len(around) for around in neighbours]
         ends = [cell for cell, count in enumerate(ways) if count <= 1]
-        for cell in ends:  # the list grows: a cell that leads to dead ends only is one itself
+        for cell in ends:  # the list grows: a cell that leads only to dead ends is one
             for near in neighbours[cell]:
                 ways[near] -= 1
                 if ways[near] == 1:
@@ -237,7 +233,7 @@ class Yielding:
         free = len(self._plan.free_cells)
         if cells.max() >= free:
             return int(cells.max())  # a landing bars no way
-        # A cell that is off even a straight way needs no search.
+        # A cell off even the straight way needs no search.
         guessed = cells[np.isin(cells, guesses)] if guesses else cells[:0]
         samples = np.concatenate([guessed, cells[:: 1 + len(cells) // _SAMPLES]])
         places = self._places
@@ -246,7 +242,7 @@ class Yielding:
         aside = (straight[:, None] + to_bins[samples] > to_bins[child_cell]).all(axis=1)
         if aside.any():
             return int(samples[aside.argmax()])
-        # A cell bars the way if it is the only one so far away on the shortest paths to some bin.
+        # A cell bars the way if it is the only one at its distance on the shortest paths to some bin.
         far = self._plan.graph.child_distances_from([child_cell])[0]
         on_path = self._on_shortest_path(child_cell, far)
         alternatives = np.zeros((far.max() + 1, len(self._plan.bins)), int)
@@ -266,7 +262,7 @@ class Yielding:
 
 
 def divisions(graph: CellGraph) -> tuple[np.ndarray, list[tuple[int, list[slice]]]]:
-    """Return all parts that single cells cut off in a connected house, in time linear in its size.
+    """Return all parts that single cells cut off in a connected house, in linear time.
 
     These are the cut vertices of Hopcroft and Tarjan (1973): a cell cuts off its subtree in a depth-first search unless
     a cell there has a neighbour above it.

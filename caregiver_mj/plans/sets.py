@@ -1,13 +1,13 @@
 """Names of generated houses, and sets of houses for training and testing.
 
 A set is `train-N` or `test-N`, the first N houses of one of two disjoint lists. `test-100/17` is house 17 of
-`test-100`, counted from 0, and of every other `test-N` with as many houses. Its own name has its seed: `house-200017`.
+`test-100`, counted from 0, and of every other large enough `test-N`. Its own name has its seed: `house-200017`.
 
 `shapes-train-N` and `shapes-test-N` are lists of plain houses and all `SHAPES` in turn. `drawn-10` are ten hand-drawn
-test houses. `home-train-N` and `home-test-N` are homes with gates, mugs and small objects on the floor, too.
+test houses. `home-train-N` and `home-test-N` are homes with gates, mugs and small objects on the floor.
 
 `test-100@SECRET`, and the same for other lists, are houses that nobody can tune to without the secret: the judge
-publishes its SHA-256 before, and the secret after the tests.
+publishes its SHA-256 before the tests, and the secret after them.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ FIRST_SEEDS = {
     "home-train": 500_000,
     "home-test": 600_000,
 }
-SETS = {  # what may be said for several houses, and what these are
+SETS = {  # patterns of names for sets, and their meaning
     "train-N": "The first N of 1000 generated houses to learn in.",
     "test-N": "The first N of 1000 generated houses to be tested in, none of them in train-N.",
     "shapes-train-N": "The first N of 1000 houses to learn in, also of other shapes: halls, alcoves, loops and so on.",
@@ -49,7 +49,7 @@ DRAWN = (
 
 
 def house(name: str) -> FloorPlan | None:
-    """Make the house with a name such as `house-17` or `test-100/17`; return None for another kind of name."""
+    """Make the house with a name such as `house-17` or `test-100/17`; return None for any other name."""
     if (request := Request.from_name(name)) is not None:
         return design(request)[0]
     shape, _, seed = name.rpartition("-")

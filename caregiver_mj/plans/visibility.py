@@ -1,12 +1,12 @@
 """Visibility in the grid: walls are opaque, and everything else is lower than a child.
 
-A *sight* is the way in which a caregiver sees children:
+A *sight* determines which children a caregiver sees:
 
 - `all`: everything, always, as in the paper;
 - `walls`: in all directions, up to the walls;
 - `camera`: 90 degrees in the direction of its base, up to 5 m;
-- `rooms:N`: its own camera, as above, and N on the ceiling, each of which sees in all directions up to the walls.
-  Each hangs over the cell from which it adds most to the view of those before.
+- `rooms:N`: that camera, and N on the ceiling that see in all directions up to the walls. Each hangs over the cell from
+  which it adds most to the view of those before.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 CAMERA_RANGE = 5.0  # m; range at which a camera of a usual mobile robot recognises a child
 CAMERA_WIDTH = np.deg2rad(90.0)  # rad
 BODY = 0.2  # cells; half of a child's width
-# Places in a cell, in units of its size from its middle. A cell is in view if a child would be seen in all of them. The
-# first is the middle; children walk from there to the others.
+# Places in a cell, from its centre in units of its size. A cell is in view if a child would be seen in all of them.
+# The first is the centre, from which children walk to the others.
 PLACES = 0.3 * np.array([(0.0, 0.0), *ACTIONS])
 ALL_ROUND = len(ACTIONS)  # heading of a caregiver that turns round once
 _ROUNDING = 1e-9
@@ -33,7 +33,7 @@ _MOST_LOOKOUTS = 12
 
 @dataclasses.dataclass(frozen=True)
 class Sight:
-    """The way in which a caregiver sees children."""
+    """A caregiver's sight of children."""
 
     name: str = "all"  #: `all`, `walls`, `camera` or `rooms`
     cameras: int = 0  #: number of ceiling cameras
@@ -70,8 +70,8 @@ FULL = Sight()
 class Visibility:
     """The free cells in view from each caregiver cell.
 
-    `seen` tells whether each is from a cell with a heading, a move or `ALL_ROUND`, bool (caregiver cells, moves + 1,
-    free cells). The caregiver's own cell always is. `ceiling` are the caregiver cells under ceiling cameras.
+    `seen` is by cell, heading (a move or `ALL_ROUND`) and free cell, bool (caregiver cells, moves + 1, free cells); the
+    caregiver's own cell always is. `ceiling` are the caregiver cells under ceiling cameras.
     """
 
     def __init__(self, plan: FloorPlan, sight: Sight):
@@ -130,7 +130,7 @@ def _greedy(seen: np.ndarray, most: int) -> tuple[int, ...]:
 def _up_to_walls(plan: FloorPlan) -> np.ndarray:
     """Return whether each free cell is seen from each caregiver cell, bool (caregiver cells, free cells).
 
-    A child is seen if a straight line from the middle of the caregiver's cell to its middle or one of its sides crosses
+    A child is seen if a straight line from the centre of the caregiver's cell to its centre or one of its sides crosses
     no wall. A line may touch a wall's corner.
     """
     opaque = plan.symbols == WALL
@@ -145,8 +145,8 @@ def _up_to_walls(plan: FloorPlan) -> np.ndarray:
 def _crosses(opaque: np.ndarray, eye: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Return whether the line from an eye to each point, (n, 2), crosses a wall, bool (n,).
 
-    The test is at each crossing from one cell to the next, where the cells on both sides must be clear. Cell (r, c)
-    extends from r - 1/2 to r + 1/2 and from c - 1/2 to c + 1/2.
+    At each crossing between cells, both must be clear. Cell (r, c) extends from r - 1/2 to r + 1/2 and from c - 1/2 to
+    c + 1/2.
     """
     crosses = np.zeros(len(points), bool)
     for axis in (0, 1):

@@ -1,1 +1,1 @@
-"""The scripted policy: from observations of a task to actions of the robot."""
+"""The scripted policy: from a task's observations to the robot's actions."""

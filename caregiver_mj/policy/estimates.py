@@ -1,7 +1,7 @@
-"""Estimates of the present state from observations with delay, errors and gaps, as `Sensing` describes them.
+"""Estimates of the present state from delayed, noisy and incomplete observations, as `Sensing` describes them.
 
-Exact observations pass unchanged. Otherwise the estimates assume that the robot follows its references, that an
-untouched candle does not move, that one in the hand moves with it, and that children keep their velocity.
+Exact observations pass unchanged. Otherwise the robot is assumed to follow its references, an untouched candle to rest,
+one in the hand to move with it, and children to keep their velocity.
 """
 
 from __future__ import annotations
@@ -22,24 +22,24 @@ from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.kinematics import arm_of, is_round
 from caregiver_mj.robot.motion import RobotMotion
 
-_SIGMAS = 2.0  # of errors to allow for
-_SIGMAS_BESIDE = 2.5  # of errors that the room beside a candle in the open hand must allow for
+_SIGMAS = 2.0  # standard deviations of error that safety distances include
+_SIGMAS_BESIDE = 2.5  # standard deviations of error that must fit beside a candle in the open hand
 Observation = dict[str, np.ndarray]
 Posture = tuple[np.ndarray, np.ndarray]  # pose of the base (3,), joint positions (joints,)
-_JUMP = 0.05  # m; a reference that moves farther in a control step was set anew
-_STEADY = 0.002, 0.004  # m, rad; deviation of the base from its reference that arises in a control step
+_JUMP = 0.05  # m; a reference that moves farther in a control step was reset
+_STEADY = 0.002, 0.004  # m, rad; new deviation of the base from its reference in a control step
 _SLOWEST = 0.08  # least weight of a new measurement
-_UNSTEADY = 0.005  # m; error of the predicted place of a child after a control step
-_STARTS = 0.05  # m/s; change of its velocity in a control step
-_LOST = 0.3  # m; error of a prediction beyond which the estimate restarts at the measurement
-_MOST = 50  # sightings in the mean of a candle at rest
-_AFTER_TOUCH = 3  # sightings that the mean counts as after a touch
+_UNSTEADY = 0.005  # m; error of a child's predicted position after a control step
+_STARTS = 0.05  # m/s; change of a child's velocity in a control step
+_LOST = 0.3  # m; prediction error beyond which the estimate restarts at the measurement
+_MOST = 50  # most sightings in the mean of a candle at rest
+_AFTER_TOUCH = 3  # sightings that count in the mean after a touch; more, and it would keep the old place
 _LATEST = 0.25  # weight of a sighting in the fast mean, which detects that a candle was moved
-_MOVED, _MOVED_SIGMAS = 0.004, 1.8  # m, and sigmas of a sighting; greatest distance of both means at rest
-_TILTED, _TILTED_SIGMAS = 0.1, 3.0  # rad, and sigmas; greatest angle between them
+_MOVED, _MOVED_SIGMAS = 0.004, 1.8  # m, and standard deviations; greatest distance of both means at rest
+_TILTED, _TILTED_SIGMAS = 0.1, 3.0  # rad, and standard deviations; greatest angle between them
 _SLIPS = 0.001  # m; slip of a candle in the hand in a control step
-_KEPT = 0.3, 0.002  # sigmas, and metres; minimum change of an estimate that is published
-_NEAR = 0.25  # m; distance from the hand within which it may have touched a thing
+_KEPT = 0.3, 0.002  # standard deviations, and m; smallest change of an estimate that is published
+_NEAR = 0.25  # m; distance within which the opening hand may have touched a thing
 
 
 def hand_error(sensing: Sensing, robot: Embodiment, things: Sequence[Thing]) -> float:
@@ -62,7 +62,7 @@ def hand_error(sensing: Sensing, robot: Embodiment, things: Sequence[Thing]) -> 
 
 
 class Senses:
-    """Estimates of everything that the robot observes."""
+    """Estimates of all observations."""
 
     def __init__(
         self,
@@ -73,7 +73,7 @@ class Senses:
         haste: float = 1.0,
     ):
         self._sensing, self._robot, self._timestep, self._things = sensing, robot, control_timestep, things
-        self._comes = haste * BUMP_SPEED  # m/s, of a child
+        self._comes = haste * BUMP_SPEED  # m/s; a child's speed of approach
         self._steps, self._exact = sensing.delay_steps(control_timestep), sensing.is_exact
 
     @property
@@ -83,7 +83,7 @@ class Senses:
 
     @property
     def unsure(self) -> float:
-        """Distance by which a child may be nearer to the robot than estimated, m; 0 if observations are exact."""
+        """Distance by which a child may be nearer than estimated, m; 0 if observations are exact."""
         child, base = self._sensing.child, self._sensing.base
         # A child may have stopped, or turned, during the delay.
         late = self.age + sum(self._timestep * blur.dropout / (1.0 - blur.dropout) for blur in (child, base))
@@ -124,23 +124,23 @@ class Senses:
 
 
 def gain(noise: float, change: float) -> float:
-    """Return the gain of a filter, by the white error of a measurement and the change between two of them, one unit."""
+    """Return a filter's gain, given the white noise of a measurement and the change between two, in one unit."""
     return max(_SLOWEST, change / (change + noise))
 
 
 def _error(noise: float, change: float) -> float:
-    """Return the white error, one sigma, that such a filter leaves in its estimate."""
+    """Return the standard deviation of the estimate of a filter with this gain."""
     share = gain(noise, change)
     return noise * math.sqrt(share / (2.0 - share))
 
 
 def base_jumps(blur: Blur) -> float:
-    """Return the change of the base's estimate due to noise in a control step, one sigma, m."""
+    """Return the standard deviation of the change of the base's estimate by noise in a control step, m."""
     return blur.noise * gain(blur.noise, _STEADY[0])
 
 
 class SelfEstimate:
-    """Estimate of the robot's posture: its references, which it follows closely, plus a filtered deviation."""
+    """Estimate of the robot's posture: its references plus a filtered deviation."""
 
     def __init__(self, blur: Blur, robot: RobotMotion, delay_steps: int):
         self._robot, self._blur = robot, blur
@@ -213,19 +213,14 @@ class CandleEstimates:
         self._keeps = max(_KEPT[0] * blur.noise, _KEPT[1]) if blur.noise else 0.0
         self._published: np.ndarray | None = None  # published positions, (candles, 3)
         self._held = NOTHING
-        self._in_hand = self._in_hand_published = np.zeros(3)  # offset of the held one from the pinch point, base frame
+        self._in_hand = self._in_hand_published = np.zeros(3)  # offset from the pinch point, base frame
 
     def update(
         self, positions: np.ndarray, orientations: np.ndarray, fingers: float, then: Posture, now: Posture
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the present positions (candles, 3) and orientations, quaternions (candles, 4), from measured ones.
+        """Return the present positions, (candles, 3), and quaternions, (candles, 4), from measured ones.
 
-        Args:
-            positions: Measured positions, (candles, 3).
-            orientations: Measured quaternions, (candles, 4).
-            fingers: Opening of the hand, m.
-            then: The robot's posture at the time of the measurement.
-            now: Its present posture.
+        `fingers` is the opening of the hand, m; `then` is the robot's posture at the time of the measurement.
         """
         if self._published is None:
             published = self._published = positions.copy()
@@ -266,7 +261,7 @@ class CandleEstimates:
         published[tell] = self._mean[tell]
 
     def _follow_hand(self, published: np.ndarray, positions: np.ndarray, fingers: float, then: Posture) -> None:
-        """Update which candle is in the hand, and its offset there. Things that are not carried so are left out."""
+        """Update the candle in the hand, and its offset there. Without candles, as for batteries, nothing is held."""
         if not self._things:
             return
         if self._held != NOTHING and not is_round(self._things[self._held], fingers):
@@ -285,7 +280,7 @@ class CandleEstimates:
                 self._in_hand_published = self._in_hand
 
     def _let_go(self, published: np.ndarray, then: Posture) -> None:
-        """Place the candle where the opened hand left it; other things nearby may have been touched."""
+        """Place the candle where the hand opened; things nearby may have been touched."""
         here = self._to_house(self._in_hand, then)
         near = np.linalg.norm(published - here, axis=1) < _NEAR
         self._mean[self._held] = self._latest[self._held] = published[self._held] = here
@@ -294,7 +289,7 @@ class CandleEstimates:
         self._held = NOTHING
 
     def _to_house(self, offset: np.ndarray, posture: Posture) -> np.ndarray:
-        """Return a point (3,) of the house, given its offset from the pinch point in the base's frame."""
+        """Return a point (3,) in the house's frame, given its offset from the pinch point in the base's frame."""
         base, arm = posture
         x, y, z = (self._arm.pinch(arm) + offset).tolist()
         return np.array([*geometry.to_world(tuple(base.tolist()), (x, y)), z])
@@ -307,7 +302,7 @@ class CandleEstimates:
 
 
 def _mixed(quaternions: np.ndarray, others: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """Return the means of pairs of similar quaternions (n, 4); the others have the weights `share`, (n,)."""
+    """Return weighted means of pairs of similar quaternions, (n, 4); the others have weights `share`, (n,)."""
     opposite = (quaternions * others).sum(axis=1, keepdims=True) < 0.0
     mixed = quaternions + share[:, None] * (np.where(opposite, -others, others) - quaternions)
     return mixed / np.linalg.norm(mixed, axis=1, keepdims=True)

@@ -1,4 +1,4 @@
-"""The executive: carries out the caregiver's decisions with the robot, one intervention at a time."""
+"""The executive: carries out a caregiver's decisions with the robot, one intervention at a time."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from caregiver_mj.robot.view import View
 class Executive:
     """One caregiver in charge of one robot.
 
-    `truth` returns the hidden state for a `PrivilegedCaregiver`, after every move of the children; None for any other.
+    `truth` returns the hidden state for a `PrivilegedCaregiver`, after every move of the children.
 
     Attributes:
         routine: The intervention under way, or None.
         begun: Interventions begun in this episode.
         done: Interventions completed, such as a stairwell reached or a candle put down.
-        left: States in which they left hazards for good, by hazard.
+        left: Lasting states after interventions, by hazard.
     """
 
     def __init__(
@@ -57,15 +57,15 @@ class Executive:
         """Begin an episode; `CaregiverPolicy` resets the caregiver, with the episode's seed."""
         self.routine: Routine | None = None
         self._assessment: Assessment | None = None
-        self._decided: Percept | None = None  # of the last decision, if that has not been assessed
+        self._decided: Percept | None = None  # of the last decision, until it is assessed
         self.begun = self.done = 0
         self.left: dict[int, State] = {}
         self._means.cooldowns.forget()
-        self._was_done = False  # whether the present intervention is completed, and goes on
+        self._was_done = False  # whether the present intervention was completed, but continues
 
     @property
     def assessment(self) -> Assessment | None:
-        """The numbers behind the last decision, if the caregiver has such; worked out when a display asks for them."""
+        """The numbers behind the last decision, or None; computed on demand."""
         if self._decided is not None:
             self._assessment, self._decided = self._caregiver.assess(self._decided), None
         return self._assessment
@@ -83,11 +83,7 @@ class Executive:
     def act(self, view: View, robot: RobotMotion, new_move: bool, all_known: bool) -> None:
         """Act for one control step.
 
-        Args:
-            view: The robot's view.
-            robot: The robot's references.
-            new_move: Whether the present move of a child has just become clear.
-            all_known: Whether those of all children have.
+        A child's present move, or those of all, may just have become clear: `new_move`, `all_known`.
         """
         if new_move and self.routine:
             self.routine.skill.driver.replan()
@@ -101,13 +97,13 @@ class Executive:
         return self._perception.percept(view, self.holding, self._means.cooldowns.active(view.now), self.target)
 
     def _decide(self, view: View, percept: Percept, observed: bool) -> None:
-        """Ask the caregiver, and begin what it wants unless the robot cannot be interrupted."""
+        """Ask the caregiver, and begin the intervention that it wants unless the robot cannot be interrupted."""
         if observed:
             self._caregiver.watch(percept)
             if self._truth and isinstance(self._caregiver, PrivilegedCaregiver):
                 self._caregiver.hear(self._truth())
         self._decided = percept
-        if percept.belief is not None:  # which the tracker changes before the next decision
+        if percept.belief is not None:  # assess now: the tracker changes before the next decision
             self._assessment, self._decided = self._caregiver.assess(percept), None
         if self.routine and not self.routine.skill.status.interruptible:
             return
@@ -115,7 +111,7 @@ class Executive:
         if self.routine and self.routine.holding != NOTHING:
             self.routine.hear(percept, wanted)
             return
-        assert percept.out_of_reach is not None  # a robot's percept has it
+        assert percept.out_of_reach is not None  # always set in a robot's percept
         if wanted.hazard != NOTHING and percept.out_of_reach[0, wanted.hazard]:
             wanted = Intervention(self._caregiver.idle_verb)
         if self.routine is None or _is_another(wanted, self.routine.intervention):
@@ -151,7 +147,7 @@ def _destination(caregiver: Caregiver, percept: Percept, candle: int) -> int:
 
 
 def _is_another(wanted: Intervention, now: Intervention) -> bool:
-    """Whether an intervention differs from the present one. Idling interrupts none, but waiting in a cell does."""
+    """Return whether an intervention differs from the present one. Idling interrupts none; waiting in a cell does."""
     idle, goes = not verb_of(wanted.verb).counts, wanted.verb in (LOOK, DO_NOTHING)
     if verb_of(now.verb).counts and idle and wanted.destination == NOTHING:
         return False

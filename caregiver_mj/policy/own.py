@@ -22,14 +22,14 @@ from caregiver_mj.registry import check_call, errors_of
 from caregiver_mj.robot.feedback import FollowedVelocity
 
 _NOTCHES, _TURN = 4, math.pi / 4  # notches to the top speed; rad per press
-_KEYS = {  # by key: its effect in words, the change of speed in notches, and of heading in turns to the left
+_KEYS = {  # by key: effect in words, change of speed in notches, change of heading in turns to the left
     "0": ("stop", None, 0),
     "I": ("faster ahead", 1, 0),
     "K": ("slower, then back", -1, 0),
     "J": ("turn left", 0, 1),
     "L": ("turn right", 0, -1),
 }
-_YAW_GAIN = 3.0  # 1/s; turning rate per error of heading; larger gains overshoot
+_YAW_GAIN = 3.0  # 1/s; gain from heading error to turning rate; larger ones overshoot
 
 
 class OwnPolicy:
@@ -40,7 +40,6 @@ class OwnPolicy:
         policy: The user's function.
     """
 
-    # Unknown for a user policy.
     assessment = intervention = None
     target = NOTHING
 
@@ -77,7 +76,7 @@ class OwnPolicy:
         with errors_of(f"'{self.name}'", where, but=control.PhysicsError):
             action = self.policy(timestep)
         try:
-            numbers = np.array(action, float)  # a copy: some policies return the same array again
+            numbers = np.array(action, float)  # a copy: some policies reuse their array
         except (TypeError, ValueError):
             numbers = np.empty(0)
         if numbers.shape != (self._size,) or not np.isfinite(numbers).all():
@@ -91,9 +90,9 @@ class OwnPolicy:
 
 
 class Teleoperation:
-    """A policy for a human player, whose keys drive the base; arm and gripper keep their posture.
+    """A human player's policy: keys drive the base; arm and gripper keep their posture.
 
-    It keeps the base's limits. Nothing keeps it off walls and children.
+    It keeps the base's limits, but does not avoid walls and children.
 
     Attributes:
         keys: Each key, its effect, and "".
@@ -107,7 +106,7 @@ class Teleoperation:
         self._action = np.zeros(self._robot.layout.size)
 
     def __call__(self, timestep: dm_env.TimeStep) -> np.ndarray:
-        """Return the action for a time step; the first one begins an episode, at rest."""
+        """Return the action for a time step; an episode begins at rest."""
         seen, layout, limits = timestep.observation, self._robot.layout, self._robot.limits
         here, most = float(seen["base_position"][2]), limits.yaw.velocity
         if timestep.first():
@@ -127,7 +126,7 @@ class Teleoperation:
         if key in _KEYS:
             _, faster, left = _KEYS[key]
             self._notch = 0 if faster is None else min(_NOTCHES, max(-_NOTCHES, self._notch + faster))
-            self._yaw = _TURN * (round(self._yaw / _TURN) + left)  # along a wall, or across
+            self._yaw = _TURN * (round(self._yaw / _TURN) + left)  # parallel to the walls, or at 45 degrees
 
 
 def make_policy(

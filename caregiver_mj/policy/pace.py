@@ -1,6 +1,6 @@
 """Durations of a robot's actions in a house, computed from its limits, without a child or with one beside it.
 
-The mean duration of a cell comes from ways between the places of work, driven from rest to rest. Beside a child
+The mean duration of a cell is that of routes between places of work, driven from rest to rest. Beside a child
 `separation.allowed_rate` limits the speed.
 """
 
@@ -26,23 +26,23 @@ from caregiver_mj.robot.skills.close import closing
 from caregiver_mj.robot.skills.pick_up import AT_FLOOR, CARRYING
 from caregiver_mj.robot.view import ChildView, View
 
-_WAYS = 40  # ways in the mean
+_WAYS = 40  # routes in the mean
 _STEP = 0.005  # s; resolution of durations
-_POINTS, _SLOWEST = 10, 0.02  # points of a cell's way at which the speed is computed; least share of it
-_AHEAD, _ASIDE = 5, 3  # cells ahead and aside at which a child no longer slows the robot down
+_POINTS, _SLOWEST = 10, 0.02  # points of a cell at which the speed is computed; its least share of full speed
+_AHEAD, _ASIDE = 5, 3  # cells ahead and aside from which on a child no longer slows the robot down
 
 
 def robot_pace(
     navigator: Navigator, novice_timestep: float, control_timestep: float, child_speed: float = WALKING_SPEED
 ) -> Pace:
-    """Return the pace of a navigator's robot in its house, given novice timestep, control step, s, and child speed."""
+    """Return the pace of a navigator's robot in its house; timesteps are in s, the child's speed is in m/s."""
     base = navigator.robot.limits.base
-    lost = base.velocity / base.acceleration + base.acceleration / base.jerk  # from rest to rest
+    lost = base.velocity / base.acceleration + base.acceleration / base.jerk  # s; cost of starting and stopping
     cells, seconds = 0, 0.0
     for start, goal in _ways(navigator.plan):
         here, there = (navigator.centres[cell] for cell in (start, goal))
         route, path = navigator.route(start, goal), navigator.path(here, there, goal)
-        assert route is not None  # without children there always is a route, and a path
+        assert route is not None  # without children a route and a path always exist
         assert path is not None
         motion = RobotMotion(navigator.robot, control_timestep)
         motion.reset((*here, 0.0))
@@ -70,10 +70,7 @@ def robot_pace(
 def beside_a_child(
     robot: Embodiment, cell_size: float, speed: float, child_speed: float = WALKING_SPEED
 ) -> tuple[tuple[float, ...], ...]:
-    """Return `Pace.beside`: times to drive to the next cell with a child standing beside the way.
-
-    Their unit is the time for a cell without a child. The cell size is in m, the speeds are in m/s.
-    """
+    """Return `Pace.beside`: times to drive to the next cell with a child near, over that without; m and m/s."""
     haste = child_speed / WALKING_SPEED
     return tuple(
         tuple(
@@ -94,30 +91,30 @@ def _way_past(robot: Embodiment, cell_size: float, speed: float, child: tuple[fl
 
 
 def _ways(plan: FloorPlan) -> list[tuple[Cell, Cell]]:
-    """Return a sample of the ways between landings and cells beside tables."""
+    """Return a sample of routes, as start and goal, between landings and cells beside tables."""
     places = list(dict.fromkeys([*plan.posts, *(c for table in plan.tables for c in plan.free_neighbours(table))]))
     ways = [(start, goal) for start in places for goal in places if start != goal]
     return [ways[i] for i in np.random.RandomState(0).permutation(len(ways))[:_WAYS]]
 
 
 def handling_times(robot: Embodiment) -> tuple[float, float]:
-    """Return the times for which the hand keeps the base waiting at a table, to get a candle and to place it, s."""
+    """Return the times that the base stands at a table, to get a candle and to place one, s."""
     grasp, approach = robot.grasp, robot.approach
     reach = reach_path(arm_of(robot), round(1e4 * (layout.TABLE_HEIGHT + CANDLE.grip))).limits(0, 1)
-    down = _time(reach, approach.hover, 1.0, 1.0) - approach.last_time  # while the base still drives
+    down = _time(reach, approach.hover, 1.0, 1.0) - approach.last_time  # it begins while the base still drives
     opened = _time(robot.limits.gripper, grasp.closed, grasp.open, grasp.open)
     get = down + grasp.grip_time + _time(reach, 1.0, 0.0, approach.drive_loaded)
     return get, down - grasp.release_time + opened + _time(reach, 1.0, 0.0, approach.drive)
 
 
 def closing_time(robot: Embodiment) -> float:
-    """Return the time to close a gate, with the base before it, s."""
+    """Return the time to close a gate with the base before it, s."""
     way = closing(arm_of(robot))
     return way.path.seconds([way.speed(line) for line in range(way.path.goal)])
 
 
 def picking_up_time(robot: Embodiment) -> float:
-    """Return the time to pick up a small thing, with the base before it, s."""
+    """Return the time to pick up a small thing with the base before it, s."""
     arm = arm_of(robot)
     ways = (pick_up_path(arm, reach, 0.0) for reach in robot.postures.lying_reaches)
     there, aside = next(way for way in ways if way), tray_path(arm)

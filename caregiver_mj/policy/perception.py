@@ -1,7 +1,7 @@
-"""Perception: from a task's observation to the robot's view, and to the caregiver's percept.
+"""Perception: from a task's observation to the robot's view and the caregiver's percept.
 
-The first centimetres of a move show the child's action, and the floor plan whether it ends in a bump. The percept
-therefore has the cell and the action that the grid would have after this move.
+The first centimetres of a child's move show its action, and the floor plan whether it ends in a bump. The percept
+therefore has the cell and action that the grid would have after this move.
 """
 
 from __future__ import annotations
@@ -26,23 +26,23 @@ from caregiver_mj.robot.geometry import Pose, Vector
 from caregiver_mj.robot.view import NO_GATES, NO_THINGS, ChildView, View
 
 _NOBODY: tuple[ChildView, ...] = ()
-_CLEAR_DISTANCE = 0.05  # m; length of a move that shows its direction, ...
-_LATEST = 0.5  # ... or share of a novice timestep after which a child no longer sets out
-_SMALLEST_MOVE = 0.005  # m; a child that has moved less did not try to; ...
-_SMALLEST_SEEN = 0.03  # ... the same with inexact sensing
-_AS_USUAL, _SIGMAS = 0.02, 4.0  # m, and sigmas of noise; error of a candle's height on a table of standard height
-_IN_ITS_CELL = 0.3  # share of a move, at its begin and end, in which the child counts as in the cell
-_WORTH_A_LOOK = 0.02  # probability of a child above which the robot looks there
+_CLEAR_DISTANCE = 0.05  # m; length of a move that shows its direction
+_LATEST = 0.5  # share of a novice timestep after which a child no longer sets out
+_SMALLEST_MOVE = 0.005  # m; a child that has moved less then has stayed
+_SMALLEST_SEEN = 0.03  # m; the same with inexact sensing
+_AS_USUAL, _SIGMAS = 0.02, 4.0  # m, and standard deviations; height error of a candle on a standard table
+_IN_ITS_CELL = 0.3  # share of a move, at both ends, during which the child counts as in the cell
+_WORTH_A_LOOK = 0.02  # probability of an unseen child above which the robot looks there
 _HEADINGS = np.array([math.atan2(-down, right) for down, right in ACTIONS])
-_FELT = 0.4  # m; distance from the base's middle at which a child touches it
-_NEAR, _LOOKS_AGAIN = 3.0, 0.1  # m; range of corners to consider. s; refresh interval
-_REMEMBERED = 2.0  # s after the last sighting for which a child counts as approaching the robot
+_FELT = 0.4  # m; distance from the base's centre at which a child touches it
+_NEAR, _LOOKS_AGAIN = 3.0, 0.1  # m, s; range and refresh interval of hidden approaches
+_REMEMBERED = 2.0  # s; time after the last sighting during which a child counts as approaching
 _NO_CANDLES, _NO_ORIENTATIONS = np.zeros((0, 3)), np.zeros((0, 4))
 
 
 @dataclasses.dataclass
 class _Sighting:
-    """The present move of one child, as far as it is known."""
+    """The known part of one child's present move."""
 
     origin: Vector | None  # start of the move, m; None if unseen
     is_clear: bool  # whether its direction is known
@@ -53,9 +53,9 @@ class _Sighting:
 class Perception:
     """Perception of one robot in one house.
 
-    With inexact sensing, observations are predictions from `age` seconds ago, candles have a white error of
-    `candle_noise` metres (one sigma), and children may be `unsure` metres nearer than observed. They walk `haste` times
-    as fast as in the paper.
+    With inexact sensing, observations are predictions from `age` seconds ago, candles have white noise of
+    `candle_noise` metres (standard deviation), and children may be `unsure` metres nearer than observed. They walk
+    `haste` times as fast as in the paper.
 
     Attributes:
         table_heights: Heights of the tables' tops, (tables,), m; None for the standard height.
@@ -72,13 +72,13 @@ class Perception:
         frames: Callable[[], dict[str, np.ndarray]] | None = None,
         haste: float = 1.0,
     ):
-        self._comes, self._runs = haste * BUMP_SPEED, haste * FASTEST  # m/s, of a child
+        self._comes, self._runs = haste * BUMP_SPEED, haste * FASTEST  # m/s; a child's usual and greatest speed
         self._is_full, self._lurking = sight.is_full, Lurking(plan, sight.turns, self._comes)
         self._pictures = visibility(plan, sight).seen if sight.turns else None
         self._in_view = self._looked = np.ones(len(plan.free_cells), bool)  # now, and at the tracker's last update
         self._tracker: Tracker  # from `reset` on, with partial sight
         self._plan, self._age, self._unsure, self._frames = plan, age, unsure, frames
-        strays = age * self._comes  # m; error of a predicted place if the child has stopped or turned
+        strays = age * self._comes  # m; error of a predicted position after a stop or turn
         self._smallest_move = (_SMALLEST_MOVE if is_exact else _SMALLEST_SEEN) + strays
         self._clear_distance = _CLEAR_DISTANCE + strays
         self._as_usual = max(_AS_USUAL, _SIGMAS * candle_noise)
@@ -93,9 +93,9 @@ class Perception:
         """Begin an episode with its first observation."""
         self._begun, self._all_clear, self._gone, self._clock = 0, False, 0.0, 0.0
         self._children = []
-        self._glances_from = NOTHING  # cell of the last glances in each heading, with their clocks
+        self._glances_from = NOTHING  # cell of the last glances in each heading
         self._lurking.forget()
-        self._last: dict[int, tuple[Vector, float]] = {}  # place and time of each child's last sighting
+        self._last: dict[int, tuple[Vector, float]] = {}  # position and time of each child's last sighting
         self.table_heights = _table_heights(observation, self._tables, self._as_usual)
         children = np.atleast_2d(observation["toddler_position"])
         seen = observation.get("toddler_seen", np.ones(len(children)))
@@ -128,7 +128,7 @@ class Perception:
             lurking = self._lurking.at(base[:2], now, gone, self._tracker, numbers, visible)
             hidden = self._remembered(base[:2], dict(zip(numbers, children, strict=True)), now)
             gaze = self._gaze(base, children, numbers)
-        return View(  # by position, in a third of the time that keywords take
+        return View(  # positional: keywords take three times as long
             now,
             tuple(observation["base_position"].tolist()),
             left + right,
@@ -150,7 +150,7 @@ class Perception:
         )
 
     def _remembered(self, base: Vector, seen: dict[int, ChildView], now: float) -> tuple[ChildView, ...]:
-        """Return the nearest possible places of children that were seen a moment ago, and may now be hidden."""
+        """Return the nearest possible positions of recently seen children that may now be hidden."""
         self._last.update((number, (child.position, now)) for number, child in seen.items())
         found = []
         for number, ((x, y), then) in self._last.items():
@@ -161,7 +161,7 @@ class Perception:
         return tuple(found)
 
     def _gaze(self, base: Pose, children: tuple[ChildView, ...], numbers: tuple[int, ...]) -> float | None:
-        """Return the heading in which to look for unseen children, or at the nearest one if all are seen."""
+        """Return the heading towards the likeliest unseen children, or towards the nearest child if all are seen."""
         if self._pictures is None:
             return None
         unseen = [number for number in range(len(self._children)) if number not in numbers]
@@ -173,22 +173,22 @@ class Perception:
             self._glances_from, self._glances = cell, np.full(len(_HEADINGS), -math.inf)
         presence = self._tracker.presence[0, unseen].sum(axis=0)
         chances = np.einsum("hc,c->h", self._pictures[cell, : len(_HEADINGS)], presence)
-        # Directions of recent glances count less: no child was seen there.
+        # Recent glances found nobody: their headings count less.
         chances *= np.minimum(1.0, (self._clock - self._glances) / len(_HEADINGS))
         if self._empty().any():
             self._glances[np.cos(_HEADINGS - base[2]).argmax()] = self._clock
         return float(_HEADINGS[chances.argmax()]) if chances.max() > _WORTH_A_LOOK else base[2]
 
     def watch(self, view: View, clock: float) -> tuple[bool, bool]:
-        """Observe the children's moves, at a time in novice timesteps.
+        """Observe the children's moves at a time in novice timesteps.
 
         Returns:
-            Whether the present move of a child has just become clear, and whether those of all children are now clear.
+            Whether a child's present move has just become clear, and whether those of all children now are.
         """
         move, self._clock = math.floor(clock + 1e-6), clock
         self._gone = max(0.0, clock - move)
         if self._is_full and self._all_clear and move == self._begun:
-            return False, False  # until the next move there is nothing to observe
+            return False, False  # nothing more to observe until the next move
         numbers = range(len(view.children)) if view.numbers is None else view.numbers
         seen: dict[int, ChildView] = dict(zip(numbers, view.children, strict=True))
         if move != self._begun:
@@ -214,7 +214,7 @@ class Perception:
         return new, new and self._all_clear
 
     def _comes_into_sight(self, seen: dict[int, ChildView]) -> bool:
-        """Return whether children have come into or gone out of sight after their moves became clear, and note it."""
+        """Return whether children have come into or gone out of sight after their moves became clear, and record it."""
         in_sight = [number in seen for number in range(len(self._children))]
         if self._is_full or self._tracker.seen[0].tolist() == in_sight:
             return False
@@ -234,15 +234,12 @@ class Perception:
         self._looked = self._in_view
 
     def _empty(self) -> np.ndarray:
-        """Return the cells whose view shows whether a child is there, bool (1, cells).
-
-        In the middle of a move a child may be between cells; then there are none.
-        """
+        """Return the cells in view that would show a child, bool (1, cells); none amid a move, between cells."""
         left = 1.0 - self._gone if self._all_clear else self._gone
         return self._in_view[None] & (left <= _IN_ITS_CELL)
 
     def _make_out(self, sighting: _Sighting, child: ChildView | None, base: Pose, late: bool) -> bool:
-        """Return whether a child's move has become clear, and note it and whether the base is in its way."""
+        """Return whether a child's move has become clear, and record it and the cell that it ends in."""
         if child is None or sighting.origin is None:
             if late:
                 sighting.is_clear, sighting.previous = True, (NOTHING, NOTHING)
@@ -263,7 +260,7 @@ class Perception:
         return True
 
     def _stops(self, base: Pose, cell: int, action: int) -> bool:
-        """Return whether a child that moves from a cell's middle touches the base before it has left the cell."""
+        """Return whether a child that moves from the centre of a cell touches the base before leaving the cell."""
         (down, right), (x, y) = ACTIONS[action], self._centres[self._plan.free_cells[cell]]
         ahead = (base[0] - x) * right - (base[1] - y) * down
         aside = (base[0] - x) * down + (base[1] - y) * right
@@ -279,7 +276,7 @@ class Perception:
             under_way: Number of the hazard under intervention, or NOTHING.
         """
         tables, candle_cells = self._candle_places(view, holding)
-        # Novice timesteps until the next unknown moves: 0 if these have just begun.
+        # Novice timesteps until the next unknown moves, 0 if they have just begun.
         time_left = 1.0 - self._gone if any(child.is_clear for child in self._children) else 0.0
         shut = np.append(np.zeros(len(self._plan.landings), bool), view.closed_gates) if len(view.gates) else None
         before, action = np.array([child.previous for child in self._children], int).reshape(-1, 2).T
@@ -325,7 +322,7 @@ class Perception:
         return min(cells, key=lambda c: math.dist(self._centres[c], position))
 
     def _candle_places(self, view: View, holding: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the table, and the free cell on whose floor, each candle stands, or NOTHING, (candles,) each."""
+        """Return the table of each candle, and the free cell of each on the floor, else NOTHING, (candles,) each."""
         if not len(view.candles):
             return np.zeros(0, int), np.zeros(0, int)
         offset = view.candles[:, None, :2] - self._tables[:, :2]  # (candles, tables, 2)
@@ -341,14 +338,14 @@ class Perception:
 
 
 class Lurking:
-    """Places from which an unseen child may approach the robot.
+    """Positions from which an unseen child may approach the robot.
 
-    A robot with a view in all directions is approached round a corner: from between a cell in view and one in which the
-    child may be, except at the base, where it would be felt. Otherwise it may come from any unseen place of that cell.
+    With a view in all directions, that is round a corner: from between a visible cell and an invisible one that may
+    hold the child. At the base it would be felt. With a narrower view, it is any invisible place of such a cell.
     """
 
     def __init__(self, plan: FloorPlan, turns: bool, comes: float):
-        self._plan, self._turns, self._comes = plan, turns, comes  # m/s, of a child
+        self._plan, self._turns, self._comes = plan, turns, comes  # comes: m/s, a child's speed
         self.forget()
         centres = np.array([plan.position(cell) for cell in plan.free_cells])
         self._places = centres[:, None] + plan.cell_size * PLACES
@@ -363,10 +360,10 @@ class Lurking:
     def at(
         self, base: Vector, now: float, gone: float, tracker: Tracker, seen: tuple[int, ...], visible: np.ndarray
     ) -> tuple[ChildView, ...]:
-        """Return the worst places near a robot.
+        """Return a child at each worst position near a robot.
 
         Args:
-            base: The robot's place, m.
+            base: The robot's position, m.
             now: Time, s.
             gone: Elapsed share of the novice timestep.
             tracker: The belief about the children.
@@ -379,22 +376,22 @@ class Lurking:
         unseen = [number for number in range(tracker.seen.shape[1]) if number not in seen]
         if unseen:
             presence = tracker.presence[0, unseen].max(axis=0)
-            offsets = self._places - base + 1e-9  # (cells, 5, 2); never zero, to have a direction
+            offsets = self._places - base + 1e-9  # (cells, 5, 2); never zero, so that they have a direction
             away = np.linalg.norm(offsets, axis=2)
             near = away[:, 0] < _NEAR
-            may_be = presence > 0.0  # the child model may be wrong, ...
-            beside = np.zeros_like(may_be)  # ... and the child on its way to the next cell
+            may_be = presence > 0.0  # any, because the child model may be wrong
+            beside = np.zeros_like(may_be)  # the child may be on its way to the next cell
             beside[self._pairs[1, may_be[self._pairs[0]]]] = True
             may_be |= beside & (away[:, 0] > _FELT)
             if self._turns:
-                # Its distance from its cell's middle is what it walks in the elapsed or the remaining time, at most to
-                # the border. The middle stands for half the way to the outer places, and these for the rest.
+                # A child is at most as far from the centre of its cell as it walks in the elapsed or remaining time, up
+                # to the border. The centre represents half the way to the outer places, and these the rest.
                 off, out = min(gone * BUMP_SPEED / WALKING_SPEED, 1.0 - gone, 0.5), PLACES.max() * PLACES.any(axis=1)
                 hides = ~visible & (may_be & near)[:, None] & (off >= out / 2)
                 strays = np.where(out > 0.0, off, min(off, PLACES.max() / 2)) - out
                 nearer = np.maximum(away - strays * self._plan.cell_size - _LOOKS_AGAIN * self._comes, _FELT)
                 cells = np.flatnonzero(hides.any(axis=1))
-                at = cells, np.where(hides, nearer, math.inf)[cells].argmin(axis=1)  # the nearest place of each
+                at = cells, np.where(hides, nearer, math.inf)[cells].argmin(axis=1)  # nearest place in each cell
                 self._found = _standing(base + offsets[at] * (nearer[at] / away[at])[:, None])
             else:
                 in_view, (hidden, open_) = visible.min(axis=1), self._pairs[:, near[self._pairs[0]]]
@@ -410,10 +407,10 @@ def _standing(places: np.ndarray) -> tuple[ChildView, ...]:
 
 
 def _table_heights(observation: dict[str, np.ndarray], tables: np.ndarray, as_usual: float) -> np.ndarray | None:
-    """Return the heights of the tables by the first observation of an episode, m; None for the standard height.
+    """Return the tables' heights by the first observation of an episode, m; None for the standard height.
 
-    If it does not contain them, they are the heights of the candles on them; other tables have the median of these.
-    Heights within `as_usual` metres of the standard count as standard.
+    If it has none, they are the heights of the candles on them, and the median of these for other tables. Heights
+    within `as_usual` metres of the standard count as standard.
     """
     if "table_height" in observation:
         return observation["table_height"].copy()

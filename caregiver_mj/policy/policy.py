@@ -1,8 +1,7 @@
 """The scripted caregiver as a policy for the tasks: from observations to actions.
 
-It depends on the task's observation only: the places of children, candles and robot. It infers the children's actions
-from their motion. A `Caregiver` decides what to do, and the robot's routines carry it out. Only a `PrivilegedCaregiver`
-receives more than the observation: the hidden state.
+It uses the task's observation only, and infers the children's actions from their motion. A `Caregiver` decides; the
+robot's routines carry out. Only a `PrivilegedCaregiver` also receives the hidden state.
 """
 
 from __future__ import annotations
@@ -39,9 +38,8 @@ from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
 from caregiver_mj.robot.retrieval import RetrievalPlanner
 
-# s; greatest control timestep for which the robot's guarantees hold. In 1,020 s in three houses with a child that heads
-# for the robot half the time: no strike and no dropped candle at 0.06 s, 3 strikes at 0.08, 4 drops at 0.15, 55 strikes
-# at 0.2.
+# s; greatest control timestep for which the robot's guarantees hold. In 1,020 s in three houses, a child heading for
+# the robot half the time: no strike or drop at 0.06 s, 3 strikes at 0.08, 4 drops at 0.15, 55 strikes at 0.2.
 LONGEST_TIMESTEP = 0.06
 
 
@@ -93,7 +91,7 @@ class CaregiverPolicy:
             )
         self.plan: FloorPlan = info.plan
         self.caregiver = _caregiver(caregiver, info, seed)
-        # Gives `info` when an episode begins; receives the caregiver, and claims of interventions.
+        # Source of `info` at the start of an episode; receives the caregiver, and claims of interventions.
         self._task = task
         truth = info.truth if isinstance(self.caregiver, PrivilegedCaregiver) else None
         self._timestep, self._has_begun = env.control_timestep(), False
@@ -128,10 +126,10 @@ class CaregiverPolicy:
         self.executive = Executive(
             self.caregiver, self._perception, navigator, self._retrievals, info.novice_timestep, truth
         )
-        # As the first observation will show them: preparing later would delay the first action.
+        # The first observation has them, too, but preparing then would delay the first action.
         self._perception.table_heights = info.table_heights
         self._prepare_retrievals()
-        task.caregiver = self.caregiver  # last, only if the policy was made
+        task.caregiver = self.caregiver  # last, in case of an error above
 
     def __call__(self, timestep: dm_env.TimeStep) -> np.ndarray:
         """Return the action for a time step; see `see` for errors."""
@@ -145,9 +143,9 @@ class CaregiverPolicy:
             Whether the moves of all children have just become clear: once a novice timestep.
 
         Raises:
-            CaregiverError: It is no time step, its observation is flat or of another house, candles do not start on the
-                tables of the caregiver's `prepare`, the first time step of the episode was missed, or another policy
-                has since begun an episode with the same caregiver.
+            CaregiverError: It is no time step, or the episode's first was missed; its observation is flat or of another
+                house; candles do not start on the tables of the caregiver's `prepare`; or another policy has since
+                begun an episode with the same caregiver.
         """
         if not hasattr(timestep, "observation"):
             raise CaregiverError(
@@ -209,7 +207,7 @@ class CaregiverPolicy:
         self._prepare_retrievals()
 
     def _prepare_retrievals(self) -> None:
-        """Make the planning scene for the perceived heights of tables, unless it exists, before the robot moves."""
+        """Make the planning scene for the perceived table heights before the robot moves, unless it exists."""
         if self.plan.candle_tables or self.plan.floor_cells:
             seen = self._perception.table_heights
             self._retrievals.prepare(None if seen is None else tuple(seen.tolist()))
@@ -258,7 +256,7 @@ class CaregiverPolicy:
         return self.executive.routine.activity if self.executive.routine else "watch"
 
 
-@functools.lru_cache(maxsize=4)  # costly, and without state between calls
+@functools.lru_cache(maxsize=4)  # costly, and stateless
 def _make_scene(plan: FloorPlan, embodiment: Embodiment, heights: tuple[float, ...] | None) -> PlanningScene:
     tables = None if heights is None else np.array(heights)
     return PlanningScene(build_house(plan, embodiment, visuals=False, table_heights=tables), plan, embodiment)

@@ -31,23 +31,23 @@ from caregiver_mj.robot.skills import Skill
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
 
-# s; cooldown of a hazard after a failed intervention: three moves of a toddler, in which the way may open. It doubles
-# with each further failure, up to `LEFT_LYING`, the cooldown of a candle out of the arm's reach.
+# s; cooldown of a hazard after a failed intervention: three moves of a toddler, which may open the way. Doubles with
+# each further failure, up to `LEFT_LYING`, the cooldown of a candle out of the arm's reach.
 COOLDOWN = 5.0
 LEFT_LYING = 60.0
-# Moves from a stairwell within which an approaching child makes the robot put a candle down early. From farther away a
-# toddler seldom arrives; without this limit candles end up nearer to it, and total damage increases.
+# Moves from a stairwell within which an approaching child makes the robot put a candle down early. From farther away
+# toddlers seldom arrive; without the limit candles end up nearer to them, and total damage increases.
 _ALARM = 4
-# Mean speed with corners and stops, as a share of the base's top speed. s; time to put a candle down.
+# Share of the base's top speed on average, with corners and stops; s, time to put a candle down.
 _CRUISING_SHARE, _PLACING_TIME = 0.792, 1.5
 
 
 class Cooldowns:
-    """Hazards that the robot leaves alone for a while after a failed intervention."""
+    """Hazards that the robot avoids for a while after a failed intervention."""
 
     def __init__(self, hazards: int):
         self._until = np.zeros(hazards)
-        self._wait = np.full(hazards, COOLDOWN)  # seconds, after the next failure
+        self._wait = np.full(hazards, COOLDOWN)  # s; cooldown after the next failure
 
     def forget(self) -> None:
         """Begin an episode."""
@@ -59,11 +59,11 @@ class Cooldowns:
         self._wait[hazard] = min(LEFT_LYING, 2 * self._wait[hazard])
 
     def leave(self, hazard: int) -> None:
-        """Leave a hazard alone for the rest of the episode: nothing more can be done about it."""
+        """Start a cooldown for the rest of the episode, after a lasting success."""
         self._until[hazard] = np.inf
 
     def succeed(self, hazard: int) -> None:
-        """Record a success; one that is about no hazard changes nothing."""
+        """Record a success; NOTHING, for no hazard, changes nothing."""
         if hazard != NOTHING:
             self._wait[hazard] = COOLDOWN
 
@@ -74,16 +74,16 @@ class Cooldowns:
 
 @dataclasses.dataclass(frozen=True)
 class Means:
-    """The resources of all routines of an episode."""
+    """Resources of an episode's routines."""
 
     plan: FloorPlan  #: the house
     navigator: Navigator  #: plans the base's paths
-    retrievals: RetrievalPlanner  #: plans how to pick up what has fallen
+    retrievals: RetrievalPlanner  #: plans how to pick up fallen things
     novice_timestep: float  #: seconds of a novice timestep
-    cooldowns: Cooldowns  #: hazards left alone for a while after a failure
+    cooldowns: Cooldowns  #: hazards in cooldown
     #: returns the caregiver's choice of a table for a candle, by percept and the candle's index
     destination: Callable[[Percept, int], int]
-    takes_orders: bool  #: whether the caregiver follows orders, without a choice
+    takes_orders: bool  #: whether the caregiver only passes on orders
 
 
 class Routine:
@@ -121,19 +121,19 @@ class Routine:
         return self.after(status, view, see) if status.ended else status
 
     def after(self, status: Status, view: View, see: Callable[[], Percept]) -> Status:
-        """Begin the next skill after one has ended; return RUNNING, or the status of the routine if it was the last."""
+        """Begin the next skill after one has ended. Return RUNNING, or the routine's status after the last one."""
         return status
 
     def is_barred(self, status: Status, view: View) -> bool:
-        """Whether a skill has failed because the way was barred, and orders leave no choice but to retry."""
+        """Return whether a skill failed because of a barred way, with orders that leave no choice but to retry."""
         return status is Status.FAILED and self.means.takes_orders and self.skill.driver.patience.is_over(view.now)
 
     def hear(self, percept: Percept, wanted: Intervention) -> None:
-        """Consider, with a candle in the hand, what the caregiver would want now."""
+        """Consider, with a candle in the hand, the caregiver's present wish."""
 
 
 class Persisting(Routine):
-    """A routine that retries where its way was barred and orders leave no choice."""
+    """A routine that retries after a barred way if orders leave no choice."""
 
     def __init__(self, means: Means, intervention: Intervention, make_skill: Callable[[], Skill]):
         super().__init__(means, intervention, make_skill())
@@ -171,7 +171,7 @@ class Relocating(Routine):
             self.holding = self.candle
             self._carry(see())
             return Status.RUNNING
-        if status is Status.FAILED:  # the candle is still in the hand
+        if status is Status.FAILED:  # with the candle in the hand
             self.means.cooldowns.fail(self.intervention.hazard, view.now)
             self._carry(see(), refused=self.skill.table)
             return Status.RUNNING
@@ -182,11 +182,11 @@ class Relocating(Routine):
         return status
 
     def hear(self, percept: Percept, wanted: Intervention) -> None:
-        """Put the candle down earlier if a child could otherwise be at a stairwell before the robot.
+        """Put the candle down early if a child could otherwise be at a stairwell before the robot.
 
-        It goes to the table from which the robot reaches the stairwell soonest. That table must be farther from every
-        child than the stairwell is from the child in danger. Another candle is no reason: it is no worse than the one
-        in the hand, which would have to be fetched again.
+        The table is the one from which the robot reaches the stairwell soonest, among those farther from every child
+        than the stairwell is from the child in danger. Another candle is no reason: it is no worse than this one, which
+        would have to be fetched again.
         """
         if wanted.verb != BLOCK or self.means.takes_orders or not isinstance(self.skill, skills.Place):
             return
@@ -207,7 +207,7 @@ class Relocating(Routine):
             self._place_on(table)
 
     def _carry(self, percept: Percept, refused: int = NOTHING) -> None:
-        """Take the candle to the caregiver's table, or to another one if that refused it."""
+        """Take the candle to the caregiver's table, or to another one if that table refused it."""
         table = self.means.destination(percept, self.candle)
         if table == refused and not self.means.takes_orders:
             far = self.means.plan.graph.table_distances[percept.child_cell[0]].min(axis=0)
@@ -223,7 +223,7 @@ class Relocating(Routine):
         return sorted(set(range(len(self.means.plan.tables))) - set(percept.candle_table[0].tolist()))
 
     def _is_open(self, table: int, percept: Percept) -> bool:
-        """Whether there is a way to a table that no child bars."""
+        """Return whether a route to a table exists that no child bars."""
         plan = self.means.plan
         here = plan.caregiver_cells[percept.caregiver_cell[0]]
         children = [plan.free_cells[cell] for cell in percept.previous_cell[0]]
@@ -231,7 +231,7 @@ class Relocating(Routine):
         return any(self.means.navigator.route(here, stand, children) for stand in stands)
 
     def _seconds_by_way_of(self, table: int, stairwell: int, percept: Percept) -> float:
-        """Return the estimated time to put the candle down on a table and go on to a stairwell, s."""
+        """Return the estimated time to put the candle down on a table and drive on to a stairwell, s."""
         plan = self.means.plan
         (stands,) = plan.graph.beside([plan.tables[table]])
         landing = plan.cell_index[plan.posts[stairwell]]
@@ -242,7 +242,7 @@ class Relocating(Routine):
 
 
 def _fetching(means: Means, candle: int, view: View, percept: Percept) -> tuple[skills.Skill, str]:
-    """Return the skill to take a candle from its place, and its activity in words."""
+    """Return the skill to take a candle from its present place, and its activity in words."""
     table = int(percept.candle_table[0, candle])
     if table != NOTHING and view.stands_on_table(candle, table):
         pick = skills.Pick(means.navigator, candle, table)
@@ -284,7 +284,7 @@ def _pick_up(means: Means, intervention: Intervention, *_: object) -> Routine:
     return Persisting(means, intervention, make_skill)
 
 
-# The robot's half of each verb: makes a routine from the robot's view and the caregiver's percept at its start.
+# The robot's half of each verb: makes its routine from the robot's view and the caregiver's percept.
 ROUTINES: dict[str, Callable[[Means, Intervention, View, Percept], Routine]] = {
     BLOCK: _block,
     CLOSE: _close,

@@ -1,8 +1,8 @@
 """Driving: to the goal of a skill, round children or out of their way, never faster than the robot can stop.
 
-A skill has a `Driver`, whose `drive` it calls once a control timestep. It plans a path, follows it at the rate that the
-children allow, yields where robot and child are in each other's way (or waits there, if it is not to yield), and gives
-up what a child keeps closed.
+A skill calls its `Driver.drive` once a control timestep. The driver plans a path and follows it at the rate that the
+children allow. Where robot and child block each other it yields, or waits if it must not yield. It gives up a goal that
+children keep closed.
 """
 
 from __future__ import annotations
@@ -25,28 +25,26 @@ from caregiver_mj.robot.separation import BESIDE, child_cells, comes, gap, is_in
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
 
-# How near the base must be to where it shall stand.
-ARRIVED = 0.006  # metres
-ARRIVED_YAW = 0.012  # radians
-# A base that creeps along a child, slower than this share, looks for a way off it.
-_CREEPING_RATE = 0.3
-_SAME = 0.05  # metres between the points of two ways below which they are one
-_SWITCHING_RATE = 0.6  # a base that a child has slowed down below this stops before it takes another path
-# Seconds until it looks at its way again: while it has one, while children leave it none, and while it stops.
+ARRIVED = 0.006  # m; distance from the goal at which the base has arrived
+ARRIVED_YAW = 0.012  # rad; the same of its heading
+_CREEPING_RATE = 0.3  # share of the planned speed below which a base beside a child looks for a way off it
+_SAME = 0.05  # m; distance between points below which two paths are the same
+_SWITCHING_RATE = 0.6  # share of the planned speed below which the base stops before it takes another path
+# s; time between plans: with a path, without one for children, and while stopping
 _REPLAN_INTERVAL, _BARRED_INTERVAL, _STOPPING_INTERVAL = 1.0, 0.3, 0.04
-_LOOK_AHEAD = 1.5  # seconds of the path that are looked at for children in the way
-_LAST_OF_WAY = 5.0  # seconds that a base which has lost patience, but is on its way to the goal, may go on
-_NEAR = 0.25  # metres ahead up to which it does not matter that it does not look where it goes
-_WATCHES = 2.0  # metres from it within which it rather looks at a child than where it goes
-_FACES_LOADED = 0.7  # the next, with a candle in the hand: in the picture
-_FACES, _IN_TIME = 0.3, 1.8  # radians off a heading that will do, and seconds before the end in which it turns round
-_PATIENCE = 1.7  # seconds for which the robot gets out of the way of a child that comes: one novice timestep
-# Metres to a child that stays with it for two of these, where it has got out of the way: one that follows it bars its
-# way from there for ever, and opens it as it follows on.
+_LOOK_AHEAD = 1.5  # s; part of the path checked for children in the way
+_LAST_OF_WAY = 5.0  # s; grace of the watchdog for a base on its way to the goal
+_NEAR = 0.25  # m; distance that the base may drive without looking ahead
+_WATCHES = 2.0  # m; range within which it looks at a child and not ahead
+_FACES_LOADED = 0.7  # rad; the next with a candle in the hand: within the camera's picture
+_FACES, _IN_TIME = 0.3, 1.8  # rad; accepted deviation of a heading. s; time before arrival to begin the final turn
+_PATIENCE = 1.7  # s; time to keep out of a coming child's way: one novice timestep
+# m; distance of a child that stays with the base in its refuge for two of these, after which it tries another: a child
+# that follows it bars its way from there for ever, and opens it as it follows on.
 _STAYS = 0.5
-_TURNS = 12  # steps in which half a turn counts as progress
-# Seconds without coming nearer after which it gives up: six steps of a toddler. One that only goes by is gone sooner,
-# and no detour in a house takes as long.
+_TURNS = 12  # steps of progress in half a turn
+# s without progress until the watchdog ends: six moves of a toddler. A passing child is gone sooner, and no detour in a
+# house takes as long.
 TIME_OUT = 10.0
 
 
@@ -56,19 +54,13 @@ class Driver:
     Attributes:
         goal: Position of the last plan's goal, (x, y), m; None before the first.
         cell: Its cell, or the one at whose border it is; None before the first plan.
-        aside_until: Until when, in seconds, it gets out of the way of a child that leaves it no way; a past time if it
-            does not.
+        aside_until: Time until which it makes room for a child that leaves it no way, s; in the past if it does not.
         patience: Its progress watchdog.
         is_loaded: Whether it drives with a candle in the hand.
     """
 
     def __init__(self, navigator: Navigator, loaded: bool = False):
-        """Prepare a driver.
-
-        Args:
-            navigator: Of the house and the robot.
-            loaded: Whether there is a candle in the hand.
-        """
+        """Prepare a driver for a navigator's house and robot, which is `loaded` with a candle in the hand."""
         self.goal: Vector | None = None
         self.cell: Cell | None = None
         self.aside_until = -math.inf
@@ -76,32 +68,31 @@ class Driver:
         self.is_loaded = loaded
         approach = navigator.robot.approach
         self._navigator, self._embodiment = navigator.loaded if loaded else navigator, navigator.robot
-        self._may_drive = approach.drive_loaded if loaded else approach.drive  # so far out may the hand be
-        self._path_goal: Vector | None = None  # where the present path ends
-        self._way: list[Vector] = []  # the points of the present path
+        self._may_drive = approach.drive_loaded if loaded else approach.drive  # greatest extension of the hand
+        self._path_goal: Vector | None = None  # end of the present path
+        self._way: list[Vector] = []  # points of the present path
         self._replan_at = 0.0
-        self._stops = False  # before it takes another path
-        self._is_barred = False  # by children, when the way was last looked at
-        self._hand: Vector | None = None  # from the base's middle, in the house, if something is in it
-        self._led_off = 0  # how often the path had been given up when it was last looked at
-        self._interrupted: float | None = None  # heading to which it was turning when a child came
-        self._faces = math.nan  # heading in which it looks; at first none
-        self._litter: set[Cell] = set()  # cells that the present path keeps clear of
-        self._refuges: dict[Cell, float] = {}  # where it has got out of the way, and when it came to rest there
+        self._stops = False  # stops before another path
+        self._is_barred = False  # by children, at the last plan
+        self._hand: Vector | None = None  # offset from the base's centre in the house's axes, if loaded
+        self._led_off = 0  # `robot.led_off` at the last look
+        self._interrupted: float | None = None  # goal of a turn that a child interrupted
+        self._faces = math.nan  # heading in which it looks
+        self._litter: set[Cell] = set()  # littered cells that the present path avoids
+        self._refuges: dict[Cell, float] = {}  # time of rest in each refuge, s
 
     def drive(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell, yaw: float | None = None) -> Status:
         """Drive for one control timestep.
 
         Args:
-            view: What is seen.
-            robot: What moves.
-            goal: Where the base shall stand, metres.
-            cell: The cell in which (or at whose border) that is.
-            yaw: Its heading there, radians; None if any will do.
+            view: The robot's view.
+            robot: The robot's references.
+            goal: Goal of the base, m.
+            cell: The goal's cell, or the one at whose border it is.
+            yaw: Heading at the goal, rad; None for any.
 
         Returns:
-            DONE while the base is there. FAILED if it has lost patience, also if something keeps it from its work
-            there.
+            DONE while the base is there. FAILED once the watchdog has ended, also there, if work does not progress.
         """
         moved = self.goal is None or math.dist(goal, self.goal) > 1e-3
         if robot.led_off != self._led_off:
@@ -112,8 +103,7 @@ class Driver:
         keeps = robot.yaw if yaw is None else yaw
         heading = keeps if view.gaze is None else self._heading(view, robot, goal, yaw)
         may_turn = self.turn(view, robot, heading)
-        # Where the drive is shorter than the turn, the base sets off later: it would have to wait at the goal instead.
-        # Nor does it set off to where it does not look.
+        # Set off late if the turn takes longer than the drive, and never in a direction out of view.
         is_blind = view.gaze is not None and (self.is_loaded or not (view.children or view.hidden))
         is_blind = is_blind and abs(math.remainder(heading - view.base[2], math.tau)) > CAMERA_WIDTH / 2
         waits = may_turn and not robot.moving and (is_blind or robot.time_left < robot.turn_left(heading))
@@ -122,8 +112,8 @@ class Driver:
         if not moves and math.dist(goal, view.base[:2]) < ARRIVED:
             looks_round = yaw is None and view.gaze is not None
             turn = 0.0 if looks_round else abs(math.remainder(keeps - view.base[2], math.tau))
-            # The rest of its turn counts as half a cell at most: a child may interrupt it again and again, and to turn
-            # back to somewhere else would take as long. To arrive counts once, for a child may push it off as often.
+            # The rest of the turn counts as up to half a cell, so that its progress delays the watchdog although a
+            # child interrupts it. Arrival counts once: a child may push the base off again and again.
             is_there = turn < ARRIVED_YAW
             self.patience.note(0.0 if is_there else 0.5 * math.ceil(_TURNS * turn / math.pi) / _TURNS, view.now)
             if is_there:
@@ -147,11 +137,10 @@ class Driver:
             self.turn(view, robot, self._facing(view.gaze))
 
     def _heading(self, view: View, robot: RobotMotion, goal: Vector, yaw: float | None) -> float:
-        """The heading of a base that sees only ahead.
+        """Return the heading of a base with a narrow view, rad.
 
-        At the end it is as it shall stand; before that it looks at a child nearby, or at where one may be, else where
-        it goes. There it turns to its gaze. A candle in the hand slips at every turn: with one it only sees to it that
-        it sees where it goes.
+        Near the end it is `yaw`. Before, the base looks at a near child or its possible place, else ahead; at the goal,
+        along its gaze. With a candle, which slips at every turn, it only keeps its direction of motion in view.
         """
         here, ahead = robot.base_reference()[0], robot.points_ahead(_LOOK_AHEAD)[-1]
         is_there = math.dist(here, goal) < _NEAR
@@ -167,16 +156,16 @@ class Driver:
         return robot.yaw if self.is_loaded or view.gaze is None else self._facing(view.gaze)
 
     def _facing(self, yaw: float) -> float:
-        """Return a heading, or the one that it faces already if that is near enough."""
+        """Return a heading, or the present one if that is near enough."""
         if not abs(math.remainder(yaw - self._faces, math.tau)) <= (_FACES_LOADED if self.is_loaded else _FACES):
             self._faces = yaw
         return self._faces
 
     def _may_turn(self, view: View, robot: RobotMotion, yaw: float) -> bool:
-        """Whether the base may turn where it is.
+        """Return whether the base may turn where it is.
 
-        A turn to this heading, once begun, goes on wherever the base has got to, but it stops while a child is close. A
-        candle slips in the hand at every turn, so with one the base does not turn for a way that is closed.
+        A turn once begun continues anywhere, but stops while a child is close. With a candle, which slips at every
+        turn, the base does not turn for a closed way.
         """
         if view.child_distance(view.base[:2]) <= self._embodiment.clearances.child_turning:
             if robot.turns_to(yaw) and robot.turn_left(yaw) > 0.0:
@@ -190,7 +179,7 @@ class Driver:
 
     @property
     def stops_first(self) -> bool:
-        """Whether the base has no path, or stops before it takes another one: it takes that with the hand in only."""
+        """Whether the base has no path, or stops before another one, which it takes only with the hand in."""
         return self._stops or self._path_goal is None
 
     def stands_aside(self, now: float) -> bool:
@@ -198,15 +187,9 @@ class Driver:
         return now < self.aside_until
 
     def refuge(self, view: View, robot: RobotMotion, start: Cell) -> Cell | None:
-        """Return where the robot is not in the children's way: elsewhere, once one has stayed by it there for long.
+        """Return a cell out of the children's way, or None if no child is in a child's cell.
 
-        Args:
-            view: What is seen.
-            robot: What moves.
-            start: The cell from which it goes there.
-
-        Returns:
-            The cell, or None if no child is in a cell in which children can be.
+        It is the best one from the cell `start`, or another once a child has stayed near the present one for long.
         """
         plan, rests = self._navigator.plan, self._refuges
         if not robot.moving and gap(view, self._embodiment) < _STAYS:
@@ -214,7 +197,7 @@ class Driver:
         in_vain = [cell for cell, since in rests.items() if view.now > since + 2 * _PATIENCE]
         children = [plan.cell_at(child.position) for child in view.children]
         refuge = self._navigator.refuge(start, children, child_cells(view.children, plan), in_vain)
-        if refuge in in_vain:  # it has been everywhere
+        if refuge in in_vain:  # all have been tried
             rests.clear()
         return refuge
 
@@ -227,11 +210,11 @@ class Driver:
         self._replan_at = 0.0
 
     def _leads_to(self, goal: Vector, within: float = 1e-3) -> bool:
-        """Whether the present path ends there, within so many metres."""
+        """Return whether the present path ends within a distance of the goal, m."""
         return self._path_goal is not None and math.dist(goal, self._path_goal) < within
 
     def _plan(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell) -> None:
-        """Find a way, keeping to the present one as long as it leads to the goal and past the children."""
+        """Find a path, keeping the present one as long as it leads to the goal and past the children."""
         self.goal, self.cell = goal, cell
         if self.is_loaded:
             self._hand = hand_offset(view, self._embodiment)
@@ -253,7 +236,7 @@ class Driver:
         if points:
             self.aside_until = -math.inf
         elif not self._navigator.yields:
-            self._stops, self._path_goal = True, None  # and stands there until they leave one
+            self._stops, self._path_goal = True, None  # stop until they leave a way
         else:
             if comes(view, self._embodiment):
                 self.aside_until = view.now + _PATIENCE
@@ -269,7 +252,7 @@ class Driver:
             self._take(points, goal, view, robot)
 
     def _leave(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell) -> None:
-        """Take a way that leads straight away from the child along which the base creeps, if there is one."""
+        """Take a path straight away from a child along which the base creeps, if there is one."""
         self._replan_at = view.now + _REPLAN_INTERVAL
         if robot.rate < _CREEPING_RATE and gap(view, self._embodiment) < BESIDE:
             self._replan_at = view.now + _BARRED_INTERVAL
@@ -285,11 +268,11 @@ class Driver:
         self.patience.note(sys.maxsize if route is None else len(route), view.now)
 
     def _way_past_children(self, view: View, here: Vector, goal: Vector, cell: Cell) -> list[Vector] | None:
-        """A way round the children that are near, and if possible round what lies on the floor; None if they bar it.
+        """Return a path round near children and, if possible, things on the floor; None if children bar it.
 
-        A base that is there already needs none. Children on their way to a landing are what the base goes there for:
-        while it is nearer, they bar it where they are, not where they are going. One between the base and the stairs
-        would be shut in with them.
+        None is needed at the goal. On its way to a landing, a base that is nearer to it than all children is barred by
+        their present cells only: where they are heading is what it wants to block. A child between base and stairs
+        would be shut in.
         """
         plan, near = self._navigator.plan, near_children(view, here)
         children, closed = [child.position for child in near], child_cells(near, plan)
@@ -305,7 +288,7 @@ class Driver:
         return points
 
     def _take(self, points: list[Vector], goal: Vector, view: View, robot: RobotMotion) -> None:
-        """Take a way to a goal, or stop first if the base cannot turn into it; go on if it is on that way."""
+        """Take a path to a goal, unless it is the present one; stop first if the base cannot turn into it."""
         if self._leads_to(goal) and robot.time_left > 0.0 and _are_the_same(points[1:], _rest(self._way, points[0])):
             return
         self._stops = robot.moving and governor.path_rate(view, robot) < _SWITCHING_RATE
@@ -320,10 +303,10 @@ class Driver:
             self._path_goal, self._way = goal, points[1:]
 
     def _waiting_cell(self, view: View, here: Vector, cell: Cell) -> Cell | None:
-        """Return the cell to wait in on a barred route: with a free cell between it and the children.
+        """Return the cell to wait in on a barred route, with a free cell between it and the children.
 
-        At their heels it would keep them from turning round. None if it is too near already. Where it is in that cell,
-        or they are on their way to stairs there, it goes on.
+        At their heels it would keep them from turning round. It is None if the base is too near already, and the goal's
+        cell if the base is there, or no child bars the route. Children heading for stairs do not bar those.
         """
         plan = self._navigator.plan
         there = {plan.cell_at(child.position) for child in view.children}
@@ -337,7 +320,7 @@ class Driver:
     def _step_aside(self, view: View, robot: RobotMotion, here: Vector) -> tuple[Vector | None, list[Vector] | None]:
         """Return a refuge out of the children's way and the path there, or None to stay.
 
-        Where they bar the path, too, it leaves them as far as it can: what stands beside a child is leaned on.
+        If they bar the path, too, it is a place as far from them as possible: a child leans on a base beside it.
         """
         navigator, plan = self._navigator, self._navigator.plan
         closed = child_cells(view.children, plan)
@@ -349,7 +332,7 @@ class Driver:
                 return None, None
             place = tuple(plan.position(refuge).tolist())
             if self._leads_to(place):
-                return None, None  # on its way there already
+                return None, None  # already on its way
             if points := navigator.path(start, place, refuge, children, closed, self._hand if start is here else None):
                 return place, points if start is here else [here, *points]
         if not ways_out or (robot.time_left > 0.0 and self._leads_to(ways_out[0], _SAME)):
@@ -358,7 +341,7 @@ class Driver:
 
 
 def _rest(way: list[Vector], here: Vector) -> list[Vector]:
-    """Return the points of a way that are still ahead of a base."""
+    """Return the points of a path still ahead of a base."""
     lines = range(len(way) - 1, 0, -1)
     passed = (i for i in lines if geometry.distance_to_line(here, way[i - 1], way[i]) < _SAME)
     return way[next(passed, 0) :]
@@ -369,31 +352,30 @@ def _are_the_same(way: list[Vector], other: list[Vector]) -> bool:
 
 
 def _littered_cells(view: View, plan: FloorPlan) -> set[Cell]:
-    """Return the cells in which candles or small things lie on the floor."""
     low = view.candles[:, 2] < layout.TABLE_HEIGHT / 2
     cells = {plan.cell_at(place) for place in view.candles[low, :2]} if low.any() else set()
     return cells | {plan.cell_at(place) for place in view.things[~view.things_gone, :2]} if len(view.things) else cells
 
 
 class Patience:
-    """Progress watchdog: it ends unless the base comes nearer to its goal than ever before."""
+    """Progress watchdog: it ends after `TIME_OUT` without a new least distance from the goal."""
 
     def __init__(self) -> None:
         self.begin_anew()
 
     def begin_anew(self) -> None:
-        """Forget the progress, because the goal has changed."""
+        """Forget the progress, after a change of goal."""
         self._nearest = self._deadline = math.inf
 
     def note(self, left: float, now: float) -> None:
-        """Note the length of the remaining route, in cells, at a time in seconds."""
+        """Record the remaining route, in cells, at a time, s."""
         if left < self._nearest:
             self._nearest, self._deadline = left, now + TIME_OUT
 
     def last_for_ever(self) -> None:
-        """Switch the watchdog off until the base comes nearer still."""
+        """Switch the watchdog off until the next progress."""
         self._deadline = math.inf
 
     def is_over(self, now: float, seconds: float = 0.0) -> bool:
-        """Return whether its time ended more than some seconds ago."""
+        """Return whether its time ended more than `seconds` ago."""
         return now > self._deadline + seconds

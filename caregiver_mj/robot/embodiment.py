@@ -1,19 +1,18 @@
-"""What a robot is made of and how it is used: everything that differs from one robot to another.
+"""The description of a robot: everything that differs from one robot to another.
 
-A robot is a model file and the numbers that the model does not have. What the model has (joint ranges, the order of its
-actuators, its footprint, its wheels) is read from it, see `robot_model`. Robots by name: `embodiments`.
+It is a model file and the numbers that the model does not have. The others (joint ranges, the order of actuators,
+footprint, wheels) are read from the model, see `robot_model`. Robots by name: `embodiments`.
 
 A model file holds the robot alone. It faces +x with its origin on the floor, and has
 
 - a body `base` with a collision geom `base_hull`, which moves in three joints: along x, along y, about z; a cylinder
-  does not meet the corners of boxes as it should, and leaves these to a sphere beside it, see `mobile_fr3`;
+  collides badly with the corners of boxes, and leaves them to a sphere beside it, see `mobile_fr3`;
 - a body `hand` with a site `pinch` between the fingertips, whose axes are z ahead, y along which the fingers open;
 - two fingers whose joints open at positive positions, with collision geoms `finger_left_pad` and `finger_right_pad`;
 - velocity servos of the base, position servos of arm and fingers, in this order;
-- a site `tray` on the base, where the tray for small things is put, unless it shall not pick such up.
+- a site `tray` on the base for the tray for small things, without which the robot does not pick them up.
 
-How a robot handles candles: where its hand is, how far out while the base drives, and how it grips. Its attributes are
-in metres, radians and seconds unless they say otherwise.
+Attributes are in metres, radians and seconds unless they say otherwise.
 """
 
 from __future__ import annotations
@@ -29,48 +28,48 @@ import numpy as np
 from caregiver_mj.plans import layout
 from caregiver_mj.robot.limits import RobotLimits
 
-DEFAULT = "mobile_fr3"  # the robot where no other is named
-_ROLLS, _STEERS = 0.01, 20.0  # m/s from which on a wheel is steered, and 1/s: from its error to the rate of its turn
+DEFAULT = "mobile_fr3"  # name of the default robot
+_ROLLS, _STEERS = 0.01, 20.0  # m/s; speed from which on a wheel is steered. 1/s; gain from steering error to rate
 
 
 @dataclasses.dataclass(frozen=True)
 class Names:
-    """What the parts of a model are called."""
+    """Names of the parts of a model."""
 
     arm: tuple[str, ...]  #: joints from the shoulder on
     fingers: tuple[str, str]  #: joints of the left and of the right finger
     chain: tuple[str, ...]  #: bodies of the arm between which it bends, from the shoulder to the wrist
     base: tuple[str, str, str] = ("base_x", "base_y", "base_yaw")  #: joints along x, along y and about z
-    #: joints that steer those at the front left and right, then at the rear left and right
+    #: steering joints: front left and right, then rear left and right
     wheels: tuple[str, str, str, str] = ("wheel_front_left", "wheel_front_right", "wheel_rear_left", "wheel_rear_right")
 
 
 @dataclasses.dataclass(frozen=True)
 class CommandLayout:
-    """Where what is in an array of commands."""
+    """Places of commands in an array."""
 
     base: slice  #: velocities along x, along y and about z
     arm: slice  #: joint targets
-    gripper: slice  #: how far the fingers stand off the middle: one number in an action, one a finger in the actuators
+    gripper: slice  #: distance of fingers from the middle: one number in an action, one a finger in actuators
     size: int  #: length of the array
 
 
 @dataclasses.dataclass(frozen=True)
 class Wheels:
-    """Four driven wheels, each of which is steered about its middle."""
+    """Four driven wheels, each steered about its centre."""
 
-    places: tuple[tuple[float, float], ...]  #: where each is, x ahead of the base's middle and y to its left
+    places: tuple[tuple[float, float], ...]  #: place of each: x ahead of the base's centre, y to its left
 
     def steer(self, headings: Sequence[float], ahead: float, aside: float, turn: float) -> list[float]:
-        """Return the rates at which wheels turn to where they go, rad/s, in the order of `Names.wheels`.
+        """Return steering rates of the wheels towards their motion, rad/s, in the order of `Names.wheels`.
 
-        A wheel rolls either way, so it turns by a quarter at most; one that stands keeps its heading.
+        A wheel rolls either way, so that it steers by at most a quarter turn. At rest it keeps its heading.
 
         Args:
-            headings: Of each wheel in the base, rad.
+            headings: Heading of each wheel in the base's frame, rad.
             ahead: Velocity of the base along its x axis, m/s.
-            aside: The same along its y axis.
-            turn: Rate of its turn, rad/s.
+            aside: Velocity of the base along its y axis, m/s.
+            turn: Rate of the base's turn, rad/s.
         """
         rates = []
         for heading, (x, y) in zip(headings, self.places, strict=True):
@@ -83,27 +82,27 @@ class Wheels:
 
 @dataclasses.dataclass(frozen=True)
 class Servos:
-    """How the base follows its reference."""
+    """Gains and lags with which the base follows its reference."""
 
-    position_gain: float  #: from error of position to velocity, 1/s
-    yaw_gain: float  #: from error of heading to rate of turning, 1/s
-    base_lag: float  #: seconds by which the base follows a velocity later, which is fed forward
-    yaw_lag: float  #: the same of its rate of turning
+    position_gain: float  #: 1/s; from position error to velocity
+    yaw_gain: float  #: 1/s; from heading error to turning rate
+    base_lag: float  #: s; lag behind a commanded velocity, fed forward
+    yaw_lag: float  #: s; the same of the turning rate
 
 
 class Tray(NamedTuple):
-    """Where the tray for small things is on a base: its inside, in the base's frame."""
+    """Interior of the tray for small things, in the base's frame, m."""
 
-    middle: tuple[float, float, float]  #: of the box in which what lies in it has its foot, metres
-    half: tuple[float, float, float]  #: half that box's sides
+    middle: tuple[float, float, float]  #: centre of the box that holds the feet of things in it
+    half: tuple[float, float, float]  #: half of that box's sides
 
     def along(self, spot: float) -> np.ndarray:
-        """Return a place in it, (3,), by how far along its longer side that is from the middle, -1 to 1."""
+        """Return a place in it, (3,), by its position on the longer side, from -1 to 1."""
         way = np.where(np.arange(3) == np.argmax(self.half), self.half, 0.0)
         return np.array(self.middle) + spot * way
 
     def holds(self, point: Sequence[float], unsure: float = 0.0) -> bool:
-        """Return whether a foot (3,), in the base's frame, is in it, or may be by some metres more."""
+        """Return whether a foot (3,), in the base's frame, is in it, or within `unsure` metres of it."""
         return all(abs(p - m) < h + unsure for p, m, h in zip(point, self.middle, self.half, strict=True))
 
 
@@ -113,93 +112,92 @@ class Embodiment:
 
     name: str  #: its name
     model: Traversable  #: the model file
-    names: Names  #: what is what in it
-    layout: CommandLayout  #: of an action
-    actuators: CommandLayout  #: of the model's actuators, in which the gripper has two fingers
-    footprint: float  #: radius of the circle about the base's middle in which all of the base is
-    wheels: Wheels  #: where the wheels are, which turn to where the base moves
-    torque: np.ndarray  #: what the arm's motors can do, of each joint, N m, (joints,)
+    names: Names  #: names of its parts
+    layout: CommandLayout  #: layout of actions
+    actuators: CommandLayout  #: layout of the model's actuators, two of which are fingers
+    footprint: float  #: radius of the circle about the base's centre that contains it
+    wheels: Wheels  #: the steered wheels
+    torque: np.ndarray  #: N m; greatest torque of each arm joint, (joints,)
     limits: RobotLimits  #: bounds of its motion
-    servos: Servos  #: how the base follows its reference
-    bends: Bends  #: where to look for the arm's joint positions
-    postures: Postures  #: where the hand is
-    approach: Approach  #: how far out it is while the base drives
-    grasp: Grasp  #: how it takes a candle
-    clearances: Clearances  #: room that it needs
-    #: half the length and half the width of a box-shaped base, about its middle, metres; (0, 0) of a round one
+    servos: Servos  #: the base's servos
+    bends: Bends  #: guesses for inverse kinematics
+    postures: Postures  #: places of the hand
+    approach: Approach  #: extension of the hand while the base drives
+    grasp: Grasp  #: grasping of candles
+    clearances: Clearances  #: room besides the footprint
+    #: half of the length and width of a box-shaped base about its centre; (0, 0) for a round one
     sides: tuple[float, float] = (0.0, 0.0)
-    fingertip: float = 0.0  #: how far the fingers' pads go beyond the pinch point
-    tray: Tray | None = None  #: the tray for small things; None if it has none, and does not pick such up
+    fingertip: float = 0.0  #: extent of the fingers' pads beyond the pinch point
+    tray: Tray | None = None  #: the tray for small things; None without one
 
     @property
     def rounding(self) -> float:
-        """Metres by which the base goes beyond its `sides` all round."""
+        """Extent of the base beyond its `sides`, m."""
         return self.footprint - math.hypot(*self.sides)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Bends:
-    """Where to look for the arm's joint positions, as inverse kinematics finds what is near its guess."""
+    """Guesses of the arm's joint positions: inverse kinematics finds the solution near its guess."""
 
     tucked: np.ndarray  #: joint positions near those of the tucked arm
     bend: int  #: index of the joint that pitches the hand
-    bends: tuple[float, ...]  #: guesses for a hand that points to the ground: so much more than in the tucked arm
+    bends: tuple[float, ...]  #: its guesses for a hand that points down, beyond those of the tucked arm
     turn: int  #: index of the joint that turns the hand about its approach
-    held: int | None = None  #: index of a joint to hold where the guess has it, in an arm with one more than it needs
+    held: int | None = None  #: index of a joint to hold at its guess, in a redundant arm
 
 
 @dataclasses.dataclass(frozen=True)
 class Postures:
-    """Where the hand is, in the base's frame: x ahead of its middle, z above the floor."""
+    """Places of the hand in the base's frame: x ahead of its centre, z above the floor."""
 
-    #: the pinch point when the arm is tucked, (x, z). A candle held there passes over a child's head, clear of it by
-    #: `WAX_CLEAR` and `FLAME_CLEAR` (`caregiver_mj.recording.contacts`)
+    #: pinch point of the tucked arm, (x, z). A candle there clears a child's head by `WAX_CLEAR` and `FLAME_CLEAR`
+    #: (`caregiver_mj.recording.contacts`)
     carry: tuple[float, float]
-    reach: float  #: how far ahead a candle on a table is gripped, and put down
-    hand_pitch: float  #: of the hand below the horizontal, so that the wrist clears a table's top
-    lying_reaches: tuple[float, ...]  #: how far ahead a candle that lies may be gripped
-    lying_pitches: tuple[float, ...]  #: of a hand that takes a candle up level; the later ones reach farther
-    floor_reach: float  #: how far ahead a candle is laid on open floor
+    reach: float  #: x of a candle on a table at the grip and at the release
+    hand_pitch: float  #: of the hand below the horizontal, so that the wrist clears tables
+    lying_reaches: tuple[float, ...]  #: possible x of a lying candle at the grip
+    lying_pitches: tuple[float, ...]  #: pitches of the hand for a lying candle; later ones reach farther
+    floor_reach: float  #: x of a candle laid down on open floor
 
 
 @dataclasses.dataclass(frozen=True)
 class Approach:
-    """How far out the hand may be, as a share of its reach, while the base drives."""
+    """Extension of the hand while the base drives, as a share of its reach."""
 
-    turn: float  #: when the base turns
-    above: float  #: when it nears a table: all of the hand is higher than a candle
-    hover: float  #: when it is nearly in line with the candle: only the fingertips are not higher
-    #: seconds before the base has arrived at which the last of the way down begins, such that the base is there before
-    #: the fingers are beside the candle
+    turn: float  #: greatest while the base turns
+    above: float  #: near a table, with all of the hand above a candle
+    hover: float  #: nearly in line with the candle, with all but the fingertips above it
+    #: s before arrival at which the hand begins the last of its way down; the fingers must reach the candle after the
+    #: base has arrived
     last_time: float
-    drive: float = 0.62  #: when it sets off: the hand is clear of a candle that it has let go, and meets no wall
-    drive_loaded: float = 0.85  #: when it sets off with a candle that is clear of the table
-    above_distance: float = 0.60  #: metres to go from which on it may be out like that
-    above_yaw: float = 0.35  #: radians to go for the same
-    hover_across: float = 0.04  #: metres to go across for the same
-    hover_distance: float = 0.30  #: metres to go ahead for the same
-    hover_yaw: float = 0.12  #: radians to go for the same
-    last_distance: float = 0.14  #: metres to go for the same
-    last_yaw: float = 0.08  #: radians to go for the same
+    drive: float = 0.62  #: greatest at departure: the hand is clear of the released candle, and of walls
+    drive_loaded: float = 0.85  #: greatest at departure with a candle, which is clear of the table
+    above_distance: float = 0.60  #: remaining distance from which on `above` is allowed
+    above_yaw: float = 0.35  #: remaining turn for the same
+    hover_across: float = 0.04  #: remaining distance across for `hover`
+    hover_distance: float = 0.30  #: remaining distance ahead for the same
+    hover_yaw: float = 0.12  #: remaining turn for the same
+    last_distance: float = 0.14  #: remaining distance for the last of the way
+    last_yaw: float = 0.08  #: remaining turn for the same
 
 
 @dataclasses.dataclass(frozen=True)
 class Grasp:
-    """How the hand takes a candle."""
+    """How the hand grasps a candle."""
 
-    open: float  #: how far each finger stands off the middle when open
-    closed: float  #: the same when closed: less than a candle's radius, and the difference is what squeezes it
-    grip_time: float  #: seconds from closing to a firm grip
-    widest: float = 0.0  #: the same at most, for what is thicker than a candle; `open` if that is more
-    #: how much nearer the candle shall be than the middle of the fingers: too far out it is lost sooner than too far in
+    open: float  #: distance of each finger from the middle when open
+    closed: float  #: the same when closed; the difference to a candle's radius squeezes it
+    grip_time: float  #: s; from closing to a firm grip
+    widest: float = 0.0  #: greatest opening, for things thicker than a candle; `open` if that is more
+    #: offset of the candle inwards from the fingers' middle: too far out it is lost sooner than too far in
     depth: float = 0.003
-    #: seconds before the hand is down at which the fingers begin to give way: they squeeze less and less. Much earlier,
-    #: and the candle is not yet pressed upright
+    #: s before the hand is down at which the fingers begin to open; much earlier, the candle is not yet pressed upright
     release_time: float = 0.05
-    above_lying: float = 0.006  #: above the middle of a candle that lies, to keep the fingertips off the ground
+    above_lying: float = 0.006  #: height above a lying candle's middle, to keep the fingertips off the ground
 
     def opened(self, thing: layout.Thing) -> float:
-        """Return how far each finger stands off the middle before it takes a thing."""
+        """Return the distance of each finger from the middle before it grasps a thing."""
         return max(self.open, min(self.widest, self.open + (thing.radius - layout.CANDLE_RADIUS)))
 
     def squeezed(self, thing: layout.Thing) -> float:
@@ -209,14 +207,14 @@ class Grasp:
 
 @dataclasses.dataclass(frozen=True)
 class Clearances:
-    """Room that the robot needs besides its footprint."""
+    """Room that the robot needs beside its footprint."""
 
-    turning: float  #: from the middle of the base to a wall, so that a candle in the tucked hand can be swung round
-    child_turning: float  #: from the middle of the base to that of a child, for the same reason
-    hand: float  #: to both sides of the hand's middle when it is out: half its width, and what the arm may be off
-    #: from the middle of a candle that is put down, or taken, to the nearest end of another one; half of it counts for
-    #: a hand that passes a wall
+    turning: float  #: from the base's centre to a wall, to turn with a candle in the tucked hand
+    child_turning: float  #: from the base's centre to a child's, for the same
+    hand: float  #: on both sides of the extended hand's middle: half its width, and the arm's error
+    #: from the middle of a candle at the grip or release to the nearest end of another; half of it for a hand that
+    #: passes a wall
     hand_width: float
-    furniture: float = 0.07  #: between the base and furniture on a planned path; blended corners and tracking need it
-    corner: float = 0.02  #: how much of that a cut corner may use up
-    standing: float = 0.02  #: how much of it the base may use up where it stands still
+    furniture: float = 0.07  #: between base and furniture on a planned path, for blended corners and tracking
+    corner: float = 0.02  #: part of that which a cut corner may use
+    standing: float = 0.02  #: part of it which a base at rest may use

@@ -1,4 +1,4 @@
-"""Bounds of the robot's motion. Commands stay within them at all times; the numbers are each embodiment's own."""
+"""Bounds of the robot's motion, which commands keep at all times. Their values are the embodiment's."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-CREEP = 0.03  # m/s, of base and hand beside a child: with what they may go beyond that slower than a strike, 0.05 m/s
-_ACCELERATION_SHARE, _JERK_SHARE = 0.9, 0.72  # of the base's highest, see `RobotLimits.together`
-_TOP_SHARE = 0.99  # of the base's highest speed, for reference and feedback together
-_COMMANDED_SHARE, _COMMANDED_JERK_SHARE = 0.92, 0.88  # of the same, see `RobotLimits.as_commanded`
-_LEAST_BRAKING = 0.2  # of that acceleration: a corner gets tighter nowhere, and gentler as soon as the base slows down
-_CORNER_DELAYS = 0.2  # seconds, by a corner that leaves nothing to brake with
-_DELAYED = 0.05  # seconds by which a corner, or the path's own braking, may delay it, by trial
+CREEP = 0.03  # m/s; speed of base and hand beside a child, with overshoot below a strike (0.05 m/s)
+_ACCELERATION_SHARE, _JERK_SHARE = 0.9, 0.72  # shares of the base's greatest, see `RobotLimits.together`
+_TOP_SHARE = 0.99  # share of the base's greatest speed, for reference and feedback together
+_COMMANDED_SHARE, _COMMANDED_JERK_SHARE = 0.92, 0.88  # shares of the base's greatest, see `RobotLimits.as_commanded`
+_LEAST_BRAKING = 0.2  # share of that acceleration; corners are no tighter, and ease as the base slows down
+_CORNER_DELAYS = 0.2  # s; delay of braking by a corner that leaves nothing to brake with
+_DELAYED = 0.05  # s; delay by a corner or the path's own braking, by trial
 
 
 @dataclasses.dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Limits:
     jerk: float
 
     def slowing(self, seconds: float) -> float:
-        """Return by how much a steady velocity can be brought down to another steady one within a time; 0 in none."""
+        """Return the greatest decrease of a steady velocity to another steady one within a time; 0 in none."""
         seconds = max(0.0, seconds)
         if seconds < 2 * self.acceleration / self.jerk:
             return self.jerk * seconds**2 / 4
@@ -42,13 +42,13 @@ class Limits:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class NearEnds:
-    """How joints must slow down towards the ends of their ranges: to sqrt(slope * way left) - offset.
+    """Velocity bound of joints near the ends of their ranges: sqrt(slope * way left) - offset.
 
     Attributes:
-        low: Where the way down ends, of each joint, rad.
-        high: Where the way up ends, rad.
-        slope: rad/s^2.
-        offset: rad/s.
+        low: Lower end, rad, (joints,).
+        high: Upper end, rad, (joints,).
+        slope: rad/s^2, (joints,).
+        offset: rad/s, (joints,).
     """
 
     low: np.ndarray
@@ -59,19 +59,19 @@ class NearEnds:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class ArmLimits:
-    """Bounds of an arm's joints: as published, and the part of them that is planned for.
+    """Bounds of an arm's joints, as published, and the part of them used in plans.
 
-    Less is planned for than is published: it is gentler, and rounding cannot carry the arm over.
+    Plans use less to be gentle, and so that rounding cannot exceed the bounds.
 
     Attributes:
-        velocity: Of each joint, rad/s, in the middle of its range.
-        acceleration: Of each joint, rad/s^2.
-        jerk: Of each joint, rad/s^3.
-        velocity_share: The part of the velocity that is planned for.
-        acceleration_share: The part of the acceleration that is planned for.
+        velocity: rad/s, in the middle of each joint's range.
+        acceleration: rad/s^2, of each joint.
+        jerk: rad/s^3, of each joint.
+        velocity_share: Planned share of the velocity.
+        acceleration_share: Planned share of the acceleration.
         planned_jerk: rad/s^3, of all joints.
-        near_ends: Limits of the velocity near the ends of the joints' ranges; None if there are none.
-        servo_velocity: Of each joint, rad/s, beyond which nothing is planned either: faster its servo lags behind.
+        near_ends: Velocity bounds near the ends of the joints' ranges; None if there are none.
+        servo_velocity: rad/s, of each joint; also a bound of plans, because beyond it the servo lags.
     """
 
     velocity: np.ndarray
@@ -84,7 +84,7 @@ class ArmLimits:
     servo_velocity: np.ndarray | float = math.inf
 
     def velocity_at(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-        """Return bounds of the joints' speeds at positions, in the directions of velocities (..., joints), rad/s."""
+        """Return bounds of joint speeds at positions, rad/s, in the directions of velocities, (..., joints) each."""
         if (ends := self.near_ends) is None:
             return np.broadcast_to(self.velocity, position.shape)
         left = np.maximum(0.0, np.where(velocity > 0, ends.high - position, position - ends.low))
@@ -92,12 +92,12 @@ class ArmLimits:
 
 
 class Carrying(NamedTuple):
-    """Bounds of the base's motion while something is in the hand, which would slip, tip or spill with more.
+    """Bounds of the base's motion with something in the hand, which could slip, tip or spill beyond them.
 
     Attributes:
-        base: Planned for the base's path, metres.
-        acceleration: The base's highest acceleration, m/s^2.
-        jerk: The same of its jerk, m/s^3.
+        base: Planned bounds of the base's path, m.
+        acceleration: Greatest acceleration of the base, m/s^2.
+        jerk: Greatest jerk of the base, m/s^3.
     """
 
     base: Limits
@@ -107,21 +107,21 @@ class Carrying(NamedTuple):
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class RobotLimits:
-    """Bounds of all that a robot moves.
+    """Bounds of all motions of a robot.
 
     Attributes:
-        arm: Its joints.
-        base: Planned for the base's path, metres.
-        yaw: Planned for the base's turns, radians.
-        yaw_gentle: The same while a candle that has slipped is in the hand. At every physics step of a turn a candle
-            goes on along the tangent of the hand's arc, and friction knows no place to come back to.
-        gripper: Planned for each finger, metres.
-        base_speed: The highest speed of the base, m/s; what is planned leaves the feedback something to correct with.
-        base_acceleration: Its highest acceleration, m/s^2, of path and changes of rate together.
-        base_jerk: Its highest jerk, m/s^3, of both together.
-        turn: The highest of the base's turns, feedback and all.
-        finger_speed: The highest speed of each finger, m/s.
-        carrying: What the base's are with something in the hand; None if they are the same.
+        arm: The arm's joints.
+        base: Planned bounds of the base's path, m.
+        yaw: Planned bounds of the base's turns, rad.
+        yaw_gentle: The same with a slipped candle in the hand. At every physics step of a turn a candle moves on along
+            the tangent of the hand's arc, and friction does not return it.
+        gripper: Planned bounds of each finger, m.
+        base_speed: Greatest speed of the base, m/s; the rest beyond plans is for feedback.
+        base_acceleration: Greatest acceleration of the base, m/s^2, of path and changes of rate together.
+        base_jerk: Greatest jerk of the base, m/s^3, of both together.
+        turn: Greatest values of the base's turns, feedback included.
+        finger_speed: Greatest speed of each finger, m/s.
+        carrying: Bounds of the base with something in the hand; None for the same.
     """
 
     arm: ArmLimits
@@ -146,18 +146,18 @@ class RobotLimits:
 
     @functools.cached_property
     def together(self) -> Limits:
-        """What the base's path and a change of its rate on it may have together, metres; of the jerk, the rate alone.
+        """Bounds, m, of the base's path and changes of its rate together; the jerk is that of the rate alone.
 
-        What is left of the highest is for the feedback, and for the jerk of a change of rate on a path that speeds up.
+        The rest of the greatest values is for feedback, and for the jerk of a change of rate on an accelerating path.
         """
         jerk = _JERK_SHARE * self.base_jerk - self.base.jerk
         return Limits(self.base_speed, _ACCELERATION_SHARE * self.base_acceleration, jerk)
 
     @functools.cached_property
     def as_commanded(self) -> Limits:
-        """Limits of the base's commands, in metres: its highest less what drives and arm add.
+        """Bounds of the base's commands, m: the greatest values less the contributions of drives and arm.
 
-        An arm that speeds up or slows down at the same time adds up to 0.15 m/s^2.
+        A simultaneously accelerating arm contributes up to 0.15 m/s^2.
         """
         acceleration, jerk = _COMMANDED_SHARE * self.base_acceleration, _COMMANDED_JERK_SHARE * self.base_jerk
         return Limits(_TOP_SHARE * self.base_speed, acceleration, jerk)
@@ -172,12 +172,12 @@ class RobotLimits:
         """Return how a base can brake on a path.
 
         Args:
-            velocity: Planned there, m/s, not zero.
-            acceleration: Planned there, m/s^2.
+            velocity: Planned velocity, m/s, not zero.
+            acceleration: Planned acceleration, m/s^2.
 
         Returns:
-            The deceleration that a corner leaves, m/s^2, and the seconds to build it up, which are more on a path
-            that speeds up. A corner that comes while it brakes can make the way to stop 3 cm longer, of 20 cm to 1 m.
+            The deceleration that a corner leaves, m/s^2, and the time to build it up, s, which is longer on an
+            accelerating path. A corner during braking can lengthen the stopping distance, 20 cm to 1 m, by 3 cm.
         """
         together = self.together
         (vx, vy), (ax, ay), speed = velocity, acceleration, math.hypot(*velocity)
@@ -187,5 +187,5 @@ class RobotLimits:
         return left, (left + max(0.0, ahead)) / together.jerk + _DELAYED + _CORNER_DELAYS * (1.0 - left / most)
 
     def slowing(self, seconds: float) -> float:
-        """Return by how much a base on its way can slow down within a time, m/s."""
+        """Return the greatest decrease of a driving base's speed within a time, m/s."""
         return self.together.slowing(seconds - _DELAYED)

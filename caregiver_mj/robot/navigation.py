@@ -18,36 +18,36 @@ from caregiver_mj.robot.geometry import Vector
 from caregiver_mj.robot.separation import BESIDE, LEAVING
 from caregiver_mj.robot.view import CHILD_RADIUS
 
-_CHILD_CLEARANCE = 0.20  # metres between base and child on a planned path
-_STRAYS = 0.05  # metres by which a base beside a child may be led off its way, until it plans anew
-_ON_THE_WAY = 0.03  # metres off the line between two cells' centres within which a base is on its way between them
-_WAY_OUT, _DIRECTIONS = 0.45, 16  # metres that a base beside a child goes away from it first; and directions to try
+_CHILD_CLEARANCE = 0.20  # m; gap between base and child on a planned path
+_STRAYS = 0.05  # m; deviation that a child may cause until the next plan
+_ON_THE_WAY = 0.03  # m; distance from the line between two cells' centres at which a base is on its way between them
+_WAY_OUT, _DIRECTIONS = 0.45, 16  # m; distance to leave a child beside the base first; directions to try
 
 
 class Routes:
-    """The cells of one house on which the base can stand, and the ways between them.
+    """The cells of a house on which the base can stand, and shortest routes over them.
 
     Attributes:
-        plan: The house's floor plan.
-        centres: Where each of these cells is, metres.
+        plan: The house.
+        centres: Centre of each of these cells, m.
     """
 
     def __init__(self, plan: FloorPlan, landings: bool = True):
-        """Prepare routes in a house; the base may stand on the landings of stairwells, too, by default."""
+        """Prepare routes in a house; without `landings` the base must not stand on those of stairwells."""
         self.plan = plan
         cells = plan.caregiver_cells if landings else plan.free_cells
         self.centres: dict[Cell, Vector] = {cell: tuple(plan.position(cell).tolist()) for cell in cells}
         self._search = _search(plan)
 
     def nearest_cell(self, position: Vector) -> Cell:
-        """Return the cell on which a base stands (the nearest one that it can stand on)."""
+        """Return the cell that the base stands on, or the nearest one that it can stand on."""
         cell = self.plan.cell_at(position)
         if cell in self.centres:
             return cell
         return min(self.centres, key=lambda c: math.dist(self.centres[c], position))
 
     def route(self, start: Cell, goal: Cell, closed: Collection[Cell] = ()) -> list[Cell] | None:
-        """Return the cells of a shortest 4-connected route, with its ends, or None; none leads through a landing."""
+        """Return a shortest 4-connected route including its ends, or None; landings can only be ends."""
         if goal in closed:
             return None
         index, cells = self.plan.cell_index, self.plan.caregiver_cells
@@ -64,16 +64,16 @@ class Routes:
     def refuge(
         self, start: Cell, children: Iterable[Cell], closed: Collection[Cell], in_vain: Collection[Cell] = ()
     ) -> Cell | None:
-        """Return the nearest cell, not through closed ones, of those where the robot is least in the children's way.
+        """Return the nearest of the reachable cells in which the robot is least in the children's way.
 
-        Cells in which it has been in vain come last. Where these are several the robot is followed, and dead ends come
-        last. It is None if no child is in a cell in which children can be.
+        Closed cells are not crossed. Cells `in_vain` come last; with several of these, which means that a child
+        follows, dead ends come after other cells, too. None if no child is in a child's cell.
         """
         known = [self.plan.cell_index[child] for child in children if child in self.plan.free_cells]
         if not known:
             return None
         in_the_way, dead_ends = yielding(self.plan).in_the_way(known), yielding(self.plan).dead_ends
-        # The nearest cells come first, and `min` takes the first of equals.
+        # Nearest cells come first, and `min` takes the first of equals.
         landings = [cell for cell in self.plan.stairwells if cell not in self.centres]
         within_reach = self.plan.graph.breadth_first(self.plan.cell_index[start], self._indices({*closed, *landings}))
         been = self._indices(in_vain)
@@ -84,7 +84,7 @@ class Routes:
         return self.plan.caregiver_cells[min(within_reach, key=worth)]
 
     def _indices(self, cells: Iterable[Cell]) -> frozenset[int]:
-        """Indices of cells, except those on which the base cannot stand."""
+        """Return the indices of cells, except those on which the base cannot stand."""
         return frozenset(self.plan.cell_index[cell] for cell in cells if cell in self.plan.cell_index)
 
 
@@ -93,9 +93,9 @@ class Navigator(Routes):
 
     Attributes:
         robot: The robot.
-        yields: Whether it makes room where children leave it no way; else it waits where it is.
-        clearance: How much room there is where.
-        is_loaded: Whether it is for a robot with a candle in its hand, see `loaded`.
+        yields: Whether it makes room for children that leave it no way; else it waits where it is.
+        clearance: The room that the house leaves.
+        is_loaded: Whether a candle is in the hand, see `loaded`.
     """
 
     def __init__(
@@ -106,23 +106,19 @@ class Navigator(Routes):
         is_loaded: bool = False,
         clearance: Clearance | None = None,
     ):
-        """Prepare a navigator of a robot in a house.
-
-        It makes room where children leave it no way if it `yields`; for `is_loaded` see `loaded`. Its clearance is
-        worked out if not given.
-        """
+        """Prepare a navigator of a robot in a house; its clearance is computed if not given."""
         super().__init__(plan, landings=not is_loaded)
         self.robot, self.yields, self.is_loaded = robot, yields, is_loaded
         self.clearance = clearance or Clearance(plan, robot)
-        self._berth = robot.footprint + CHILD_RADIUS + _CHILD_CLEARANCE  # metres, middle to middle
-        self._beside = robot.footprint + CHILD_RADIUS + BESIDE  # likewise
+        self._berth = robot.footprint + CHILD_RADIUS + _CHILD_CLEARANCE  # m, centre to centre
+        self._beside = robot.footprint + CHILD_RADIUS + BESIDE  # m, the same
 
     @functools.cached_property
     def loaded(self) -> Navigator:
-        """The same of a robot with a candle in its hand.
+        """The same with a candle in the hand.
 
-        It keeps off the landings, even to make room: on most of them the candle would meet the panels beside the
-        stairs, which are nearer to the base than it is.
+        It avoids the landings, even to make room: on most of them the candle would meet the panels beside the stairs,
+        which are nearer to the base than the hand.
         """
         return Navigator(self.plan, self.robot, self.yields, is_loaded=True, clearance=self.clearance)
 
@@ -135,10 +131,10 @@ class Navigator(Routes):
         closed: Collection[Cell] = (),
         hand: Vector | None = None,
     ) -> list[Vector] | None:
-        """Return points of a polyline for the base from start to goal, metres, or None if there is no way.
+        """Return points of a polyline for the base from start to goal, m, or None without one.
 
-        The goal lies in a cell or at its border. Closed cells are not entered, children are given a wide berth. For the
-        tucked hand, which must have room where the base cannot turn, see `Clearance.line`.
+        The goal is in a cell or at its border. Closed cells are not entered, children are given a wide berth. For the
+        hand, which must have room where the base cannot turn, see `Clearance.line`.
         """
         path = self._path(start, goal, goal_cell, children, closed, hand)
         if path is None or self.brushes(path, children):
@@ -148,7 +144,7 @@ class Navigator(Routes):
         return path
 
     def brushes(self, path: list[Vector], children: Sequence[Vector]) -> bool:
-        """Return whether a path begins so close to a child that the base would creep, and does not lead away."""
+        """Return whether a path begins so close to a child that the base would creep, without leading away from it."""
         if len(path) < 2:
             return False
         (x, y), (ahead_x, ahead_y) = path[:2]
@@ -178,13 +174,13 @@ class Navigator(Routes):
         shut = np.zeros(self.plan.shape, bool)
         for cell in {*closed, *self.plan.stairwells} - ends:
             shut[cell] = True
-        # The first point is the centre of the cell in which the base stands: the way out if nothing else is in sight.
+        # The centre of the base's own cell is the way out if nothing else is in sight.
         points = [start, *(self.centres[cell] for cell in cells[:-1]), goal]
         if len(points) > 2 and geometry.distance_to_line(start, *points[1:3]) < _ON_THE_WAY:
-            del points[1]  # it has left there already, for where it goes now
+            del points[1]  # the base has already left it on this way
         last = self.centres[cells[-1]]
         if not self.visible(points[-2], goal) and self.visible(points[-2], last) and self.visible(last, goal):
-            points.insert(-1, last)  # the goal is round a corner from the cell before
+            points.insert(-1, last)  # for a goal round a corner
         return self._pull_tight(points, children, shut, hand)
 
     def visible(
@@ -195,9 +191,9 @@ class Navigator(Routes):
         shut: np.ndarray | None = None,
         hand: Vector | None = None,
     ) -> bool:
-        """Return whether the base can go straight from a to b, metres, giving children a wide berth.
+        """Return whether the base can drive straight from a to b, m, giving children a wide berth.
 
-        It does not cross cells that are `shut`, bool (rows, columns); for the hand see `Clearance.line`.
+        It must not cross `shut` cells, bool (rows, columns). For the hand see `Clearance.line`.
         """
         line = self.clearance.line(a, b, hand)
         if line is None:
@@ -214,7 +210,7 @@ class Navigator(Routes):
     def _pull_tight(
         self, points: Sequence[Vector], children: Sequence[Vector], shut: np.ndarray, hand: Vector | None
     ) -> list[Vector] | None:
-        """Drop points between which a straight line is free; return None if a child or a wall is in the way."""
+        """Drop points between which a straight line is free; return None if a child is in the way."""
         kept = [points[0]]
         i = 0
         while i < len(points) - 1:
@@ -225,17 +221,16 @@ class Navigator(Routes):
             if next_to_it and not self.visible(points[i], points[j], children, hand=hand):
                 return None
             kept.append(points[j])
-            i, hand = j, None  # from there on it can turn
+            i, hand = j, None  # there the base can turn
         return kept
 
     def ways_out(
         self, start: Vector, children: Sequence[Vector], closed: Collection[Cell], hand: Vector | None = None
     ) -> list[Vector]:
-        """Return where a base beside a child can go straight away from it: one place in each cell round about.
+        """Return where a base beside a child can go straight away from it: one place in each cell around.
 
-        Routes over cells are no help where it shares a cell with a child. Closed cells are not entered; for the hand
-        see `Clearance.line`. The places farthest from all children come first; there are none if no child is that
-        close.
+        The farthest come first. Routes over cells are no help in a cell shared with a child. Closed cells are not
+        entered; for the hand see `Clearance.line`. Without a child so close there are none.
         """
 
         def distance(place: Vector) -> float:
@@ -251,7 +246,7 @@ class Navigator(Routes):
             cell = self.plan.cell_at(place)
             if cell in found or cell in closed or cell not in self.centres:
                 continue
-            # What is in the hand leads somewhere, and must not meet a wall on the way.
+            # The hand turns with the base, and must not meet a wall.
             has_room = self.clearance.can_stand(place) and (
                 not self.is_loaded or self.clearance.can_turn(place, _STRAYS)
             )
@@ -260,7 +255,6 @@ class Navigator(Routes):
         return list(found.values())
 
     def _codes(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Codes of the cells in which points lie."""
         height, width = self.plan.shape
         column = np.rint(x / self.plan.cell_size + (width - 1) / 2).astype(int)
         row = np.rint((height - 1) / 2 - y / self.plan.cell_size).astype(int)
@@ -268,5 +262,5 @@ class Navigator(Routes):
 
 
 def _search(plan: FloorPlan) -> Callable[..., dict[int, int]]:
-    """Return the plan's search; far from children, consecutive plans share goal and closed cells."""
+    """Return the plan's search, cached: far from children, consecutive plans share goal and closed cells."""
     return functools.lru_cache(maxsize=64)(plan.graph.breadth_first)

@@ -1,4 +1,4 @@
-"""The house as the robot knows it, to check poses for contacts before taking them."""
+"""The house as the robot knows it, for collision checks of poses."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import Where
 from caregiver_mj.robot.embodiment import Embodiment
 
-_ELSEWHERE = 1e3  # metres; the child is left out, for it will be somewhere else
-_RESTING = 0.004  # metres that a candle may be in what it lies on
-TABLE_MARGIN = 0.03  # metres that a table may be off its place on the map, to either side
-_MARGIN = 0.005  # metres that the robot shall stay away from everything
+_ELSEWHERE = 1e3  # m; place of the child out of the way, as it will have moved
+_RESTING = 0.004  # m; penetration of a resting candle
+TABLE_MARGIN = 0.03  # m; error of a table's place on the map
+_MARGIN = 0.005  # m; gap between the robot and everything
 
 
 class PlanningScene:
-    """Collision checks against walls, furniture, floor and candles, with MuJoCo's own geometry of them.
+    """Collision checks against walls, furniture, floor and candles, by MuJoCo.
 
-    It is made of a house with robot, toddler and candles, named as in the simulation, which becomes the scene's own.
-    Nothing moves in it: poses are set and contacts looked at, for one thread after the other. It is costly to make (as
-    costly as the house itself), so make it when it is first needed.
+    It takes over a specification of the house with robot, toddler and candles, named as in the simulation. Nothing
+    moves in it: it sets poses and reads contacts, one thread at a time. Making it is as costly as making the house, so
+    make it on first use.
     """
 
     def __init__(self, spec: mujoco.MjSpec, plan: FloorPlan, robot: Embodiment):
-        spec.option.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)  # a body asleep has no contacts
-        for geom in spec.geoms:  # before it is compiled: boxes about bodies, which rule contacts out, are made then
+        spec.option.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)  # sleeping bodies have no contacts
+        for geom in spec.geoms:  # before compiling, which makes the bounding boxes
             if geom.name.startswith("robot/"):
                 geom.margin = _MARGIN
             elif geom.name.startswith("table_") and geom.name.endswith("/top"):
@@ -42,7 +42,7 @@ class PlanningScene:
         self._robot = np.array([name.startswith("robot/") for name in names])
         self._pads = np.array([name.endswith("_pad") for name in names])
         things = [hazard.element for hazard in plan.hazards.at(Where.ON_TABLE)]
-        # Which geoms are of each, and how far to open the hand for it; the last ones are for NOTHING.
+        # Geoms of each thing, and the opening of the hand for it; the last are for NOTHING.
         self._things = [np.array([name.startswith(f"{one}/") for name in names]) for one in things]
         self._things.append(np.zeros(len(names), bool))
         self._open = [*map(robot.grasp.opened, layout.things(plan)), robot.grasp.open]
@@ -61,12 +61,11 @@ class PlanningScene:
     def is_free(
         self, base: Sequence[float], arm: Iterable[np.ndarray], candles: np.ndarray, between: int, held: bool = False
     ) -> bool:
-        """Return whether the robot touches nothing, its base at (x, y, yaw) and its arm at one posture after the other.
+        """Return whether the robot touches nothing with its base at (x, y, yaw) and its arm at each of some postures.
 
-        Postures are joint positions (joints,), in radians. The hand is open. The candles have poses (candles, 7),
-        metres and quaternions. That of the index `between`, or NOTHING, may be between the fingers. If it is held, the
-        hand has got it at the first of the arm's poses and takes it along; it must then touch nothing either, once it
-        has been lifted.
+        Postures are joint positions, rad, (joints,); the hand is open. Candles have poses (candles, 7), m and
+        quaternions. Candle `between`, or NOTHING, may be between the fingers. If `held`, the hand takes it along from
+        the first posture, and it must touch nothing either once lifted.
         """
         qpos = self._data.qpos
         carried: tuple[np.ndarray, np.ndarray] | None = None  # the candle in the hand's frame
@@ -84,7 +83,7 @@ class PlanningScene:
         return True
 
     def _in_hand(self, candle: int) -> tuple[np.ndarray, np.ndarray]:
-        """Pose of a candle, position (3,) and quaternion (4,), in the hand's frame."""
+        """Return the pose of a candle, position (3,) and quaternion (4,), in the hand's frame."""
         back, turn, place, orientation = np.empty(3), np.empty(4), np.empty(3), np.empty(4)
         pose = self._data.qpos[self._candles[candle]]
         mujoco.mju_negPose(back, turn, self._hand.xpos, self._hand.xquat)
@@ -92,18 +91,18 @@ class PlanningScene:
         return place, orientation
 
     def _carry(self, candle: int, place: np.ndarray, orientation: np.ndarray) -> None:
-        """Move a candle, whose pose in the hand's frame is given, to where the hand is now."""
+        """Move a candle along with the hand, by its pose in the hand's frame."""
         position, quaternion = np.empty(3), np.empty(4)
         mujoco.mju_mulPose(position, quaternion, self._hand.xpos, self._hand.xquat, place, orientation)
         self._data.qpos[self._candles[candle]] = [*position, *quaternion]
         mujoco.mj_kinematics(self._model, self._data)
 
     def _touches(self, thing: np.ndarray, held: bool) -> bool:
-        """Whether there is a contact of the robot, or of what it holds, that should not be: which geoms (n,)."""
+        """Return whether the robot, or the thing that it holds, whose geoms are bool (n,), has a forbidden contact."""
         mujoco.mj_collision(self._model, self._data)
         one, two = self._data.contact.geom.T
         mine = self._robot | (held & thing)
         gripping = (self._pads[one] & thing[two]) | (self._pads[two] & thing[one])
-        # What holds a candle up before it is lifted is no obstacle.
+        # The support of a candle is no obstacle before it is lifted.
         resting = held & (thing[one] | thing[two]) & (self._data.contact.dist > -_RESTING)
         return bool(((mine[one] != mine[two]) & ~gripping & ~resting).any())

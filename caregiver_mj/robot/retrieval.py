@@ -1,4 +1,4 @@
-"""Where to stand, and how to reach, to pick up a candle that has fallen: on a table or on the floor."""
+"""Stances and arm paths to pick up a fallen candle, or a small thing, from a table or the floor."""
 
 from __future__ import annotations
 
@@ -22,43 +22,38 @@ from caregiver_mj.robot.reach import LOW, TRAY_SPOTS, ReachPath, pick_up_path, r
 from caregiver_mj.robot.separation import is_child_at_line
 from caregiver_mj.robot.view import View
 
-_DIRECTIONS = 16  # round a point
-_MOST_STANDS = 40  # that are tried, the nearest ones, lest it takes too long
-_NO_TURNING = 2.0  # metres of detour that it is worth to stand where the base can turn
-# Metres of detour that it is worth to reach where no child is, or will be in so many seconds, so near to the arm.
-_PAST_CHILD, _SOON, _CHILD_AT_ARM = 3.0, 0.5, 0.6
-_LIFTS = (0.0, 0.25)  # metres that the hand goes up with it before it turns; the second is to clear a wall
-_OPEN_ANGLE = 0.5  # radians to both sides that must be free where it is laid down
-_HEADINGS = (0.0, math.pi / 2)  # of the hand over something small, in the base's frame
-_CHILD_AWAY = 1.7  # metres from a child to where the base stands then
-_CHECKS = 49  # poses on the arm's way that are checked for collisions
-# Milliseconds that pieces of a search take: a route, a pose checked, a way of the arm checked, a try at its kinematics.
+_DIRECTIONS = 16  # around a point
+_MOST_STANDS = 40  # most stands tried, nearest first, to limit the time
+_NO_TURNING = 2.0  # m; detour worth taking to stand where the base can turn
+_PAST_CHILD, _SOON, _CHILD_AT_ARM = 3.0, 0.5, 0.6  # m; detour worth taking to keep children, for s, m away from the arm
+_LIFTS = (0.0, 0.25)  # m; lift before the hand turns; the second clears a wall
+_OPEN_ANGLE = 0.5  # rad; angle to both sides that must be free for laying it down
+_HEADINGS = (0.0, math.pi / 2)  # of the hand over a small thing, in the base's frame
+_CHILD_AWAY = 1.7  # m; distance of a child from the base for laying down
+_CHECKS = 49  # poses on the arm's path checked for collisions
+# ms; durations of pieces of a search: a route, a pose check, a path check, an attempt at inverse kinematics.
 _ROUTE, _POSE, _WAY, _GUESS = 0.2, 0.1, 3.0, 6.0
-Heights = tuple[float, ...]  # of the tables' tops, metres; None stands for the usual one
+Heights = tuple[float, ...]  # of the tables' tops, m
 Found = TypeVar("Found")
-Work = Generator[float, None, Found]  # yields milliseconds
-_AT_ONCE = 12.0  # stated milliseconds of a search in a control timestep; the last piece of work may come on top
+Work = Generator[float, None, Found]  # yields ms
+_AT_ONCE = 12.0  # ms; stated duration of a search in a control timestep, which its last piece may exceed
 
 
 @dataclasses.dataclass(frozen=True)
 class Stance:
-    """Where the base stands to pick a candle up, or to lay it down, and the arm's way from there."""
+    """Pose of the base to pick up or lay down a candle, and the arm's path from there."""
 
-    base: Pose  # pose (x, y, yaw), metres and radians
-    path: ReachPath  # the arm's way; its last pose is the grip
-    # with what pitch the hand lays the candle down again, radians. None where it need not, because the candle stands
-    # upright once the arm is tucked
+    base: Pose  # pose (x, y, yaw), m and rad
+    path: ReachPath  # the arm's path; its last pose is the grip
+    # rad; pitch of the hand to lay the candle down again; None if it is upright in the tucked arm
     pitch_down: float | None = None
 
 
 class RetrievalPlanner:
-    """Finds stances in one house. It knows nothing of time: the candle lies still.
-
-    Children will be elsewhere by the time that the base is there; but where one is now, the arm reaches last.
-    """
+    """Finds stances in one house for candles at rest; the arm avoids the children's present places if it can."""
 
     def __init__(self, navigator: Navigator, make_scene: Callable[[Heights | None], PlanningScene]):
-        # Making the house's planning scene is costly, and seldom needed: it is made then only.
+        # The planning scene is costly and rarely needed: made on first use.
         self._navigator, self._make_scene = navigator, make_scene
         self._heights: Heights | None = None
         self._robot, self._arm = navigator.robot, arm_of(navigator.robot)
@@ -69,7 +64,7 @@ class RetrievalPlanner:
         return self._make_scene(self._heights)
 
     def prepare(self, heights: Heights | None) -> None:
-        """Make the planning scene now, where there is time for it, unless there is one for tables of these heights."""
+        """Make the planning scene in advance, unless there is one for tables of these heights, m."""
         if heights != self._heights:
             self._heights = heights
             vars(self).pop("_scene", None)
@@ -81,10 +76,10 @@ class RetrievalPlanner:
                 pick_up_path(self._arm, reach, heading)
 
     def to_pick_up(self, view: View, candle: int) -> Work[Stance | None]:
-        """Search for the nearest stance from which the arm gets at a candle; return None if there is none.
+        """Search for the nearest stance to grip a candle; return None without one.
 
-        If there is one from which the candle can be gripped such that it stands upright in the tucked hand, it is of
-        these. Else it is one from which it can be taken along level, or if it stands on its head, with its head down.
+        Grips with which the candle is upright in the tucked hand come first; else it is carried level or, if it stands
+        on its head, head down.
         """
         axis = view.candle_axis(candle)
         on_its_head = axis[2] < -UPRIGHT
@@ -109,7 +104,7 @@ class RetrievalPlanner:
         return None
 
     def to_pick_up_small(self, view: View, thing: int) -> Work[Stance | None]:
-        """Search for the nearest stance from which the arm gets at a thing on the floor; None if there is none."""
+        """Search for the nearest stance to grip a thing on the floor; return None without one."""
         for base, reach in (yield from self._stands(view, NOTHING, view.things[thing])):
             for heading in _HEADINGS:
                 path = pick_up_path(self._arm, reach, heading)
@@ -120,11 +115,11 @@ class RetrievalPlanner:
         return None
 
     def to_lay_down(self, view: View, candle: int, pitch: float) -> Work[Stance | None]:
-        """Search for the nearest stance to lay a candle on open floor, away from children, the hand at a pitch, rad."""
+        """Search for the nearest stance to lay a candle on open floor away from children, with a hand's pitch, rad."""
         path = yield from self._path_down(pitch, self._things[candle])
         if path is None:
             return None
-        # The candle is in the hand, and in nobody's way where it is now.
+        # The candle is in the hand, and no obstacle.
         gone = view.candles.copy()
         gone[candle, 2] = -1.0
         view = dataclasses.replace(view, candles=gone)
@@ -136,12 +131,12 @@ class RetrievalPlanner:
                 routes.append((len(route), cell))
             yield _ROUTE
         places = [(route, tuple(navigator.plan.position(cell).tolist())) for route, cell in sorted(routes)]
-        # Where children leave none that is away from them it is laid down at another one, once they have gone on.
+        # Places near children come last: there the robot waits until they have gone on.
         for _, place in sorted(places, key=lambda each: view.child_distance(each[1]) < _CHILD_AWAY):
             if not navigator.clearance.can_stand(place):
                 continue
             for yaw in _directions():
-                # Free to both sides too, so that there is room to pick it up again.
+                # Free to both sides, too, for room to pick it up again.
                 bases = [(*place, yaw + aside) for aside in (0.0, -_OPEN_ANGLE, _OPEN_ANGLE)]
                 for base in bases:
                     is_clear = self._is_clear(view, candle, base, path)
@@ -153,7 +148,7 @@ class RetrievalPlanner:
         return None
 
     def _path_down(self, pitch: float, thing: layout.Thing) -> Work[ReachPath | None]:
-        """The arm's way to lay a thing on the floor with a pitch of the hand, radians; None if there is none."""
+        """Search for the arm's path to lay a thing on the floor with a pitch of the hand, rad; None without one."""
         postures, height = self._robot.postures, thing.width + self._robot.grasp.above_lying
         for reach in (postures.floor_reach, *postures.lying_reaches):
             if path := (yield from self._path((reach, height), hand_rotation(0.0, pitch))):
@@ -161,7 +156,7 @@ class RetrievalPlanner:
         return None
 
     def _stands(self, view: View, candle: int, point: np.ndarray) -> Work[list[tuple[Pose, float]]]:
-        """Poses of the base from which to reach for a point, the nearest one first, and how far to reach."""
+        """Search for poses of the base to reach for a point, nearest first, with the reach, m."""
         navigator, clearance = self._navigator, self._navigator.clearance
         here, there = navigator.nearest_cell(view.base[:2]), (float(point[0]), float(point[1]))
         stands = []
@@ -186,7 +181,7 @@ class RetrievalPlanner:
     def _lifting_path(
         self, view: View, candle: int, base: Pose, target: Vector, grip: np.ndarray
     ) -> Work[ReachPath | None]:
-        """The arm's way to lift a candle at a point (distance ahead, height), if neither touches anything."""
+        """Search for the arm's path to lift a candle at a point (distance ahead, height) without contacts of either."""
         for lift in _LIFTS:
             path = yield from self._path(target, grip, lift)
             if path is None:
@@ -198,17 +193,17 @@ class RetrievalPlanner:
         return None
 
     def _is_clear(self, view: View, candle: int, base: Pose, path: ReachPath | None, lifts: bool = False) -> bool:
-        """Whether the robot touches nothing along a path of the arm, or tucked; nor the candle that it lifts."""
+        """Return whether robot and lifted candle touch nothing along a path of the arm, or with the arm tucked."""
         if path is None:
             return self._scene.is_free(base, [self._arm.tucked], view.candle_poses, candle)
-        last = share_at(self._arm, path, LOW) if candle == NOTHING else path.goal  # or it ends in the floor
-        way = [path.joints(s) for s in np.linspace(last, 0.0, _CHECKS)]  # where it is tightest comes first
+        last = share_at(self._arm, path, LOW) if candle == NOTHING else path.goal  # it would end in the floor
+        way = [path.joints(s) for s in np.linspace(last, 0.0, _CHECKS)]  # the tightest part comes first
         return self._scene.is_free(base, way, view.candle_poses, candle) and (
             not lifts or self._scene.is_free(base, way, view.candle_poses, candle, held=True)
         )
 
     def _path(self, target: Vector, grip: np.ndarray, lift: float = 0.0) -> Work[ReachPath | None]:
-        """The arm's way to a point given by distance ahead and height, None if it is out of reach."""
+        """Search for the arm's path to a point (distance ahead, height); None out of reach."""
         for path in retrieval_paths(self._arm, np.array([target[0], 0.0, target[1]]), grip, lift):
             yield _GUESS
             if path:
@@ -221,19 +216,19 @@ def _directions() -> list[float]:
 
 
 def _turned(vector: np.ndarray, yaw: float) -> np.ndarray:
-    """A vector (3,) turned about the vertical."""
+    """Return a vector (3,) turned about the vertical."""
     return np.array([*geometry.rotate(yaw, (vector[0], vector[1])), vector[2]])
 
 
 class Search(Generic[Found]):
-    """A search that takes long, spread over control timesteps.
+    """A long search, spread over control timesteps.
 
-    A search is a generator that yields, after each piece of work, roughly what that took, and returns what it has
-    found. What it takes is not measured but stated: how far a search gets must not depend on how busy the machine is.
+    It is a generator that yields the approximate duration of each piece of work, and returns the result. Durations are
+    stated, not measured: progress must not depend on the load of the machine.
 
     Attributes:
-        ended: Whether it has come to its end.
-        found: What it has found, if it has.
+        ended: Whether it has ended.
+        found: Its result, after the end.
     """
 
     found: Found
@@ -242,7 +237,7 @@ class Search(Generic[Found]):
         self._work, self.ended = work, False
 
     def go_on(self, milliseconds: float = _AT_ONCE) -> bool:
-        """Search for a while; return whether it has come to its end."""
+        """Search for some stated time; return whether the search has ended."""
         while not self.ended and milliseconds > 0.0:
             try:
                 milliseconds -= next(self._work)

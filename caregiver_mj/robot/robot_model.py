@@ -1,4 +1,4 @@
-"""What a robot's model file says of the robot."""
+"""Properties of a robot read from its model file."""
 
 from __future__ import annotations
 
@@ -16,31 +16,27 @@ from caregiver_mj.robot.embodiment import CommandLayout, Embodiment, Names, Tray
 
 
 def own_model(name: str) -> Traversable:
-    """Return the file of a robot that comes with the package."""
+    """Return the model file of one of the package's robots."""
     return importlib.resources.files("caregiver_mj.models") / "robots" / f"{name}.xml"
 
 
 def read_spec(file: Traversable) -> mujoco.MjSpec:
-    """Read a model file, which may name others beside it."""
+    """Read a model file, which may include others beside it."""
     with importlib.resources.as_file(file) as path:
         return mujoco.MjSpec.from_file(str(path))
 
 
 def add_tray(spec: mujoco.MjSpec, prefix: str = "") -> None:
-    """Put the tray for small things on a robot's base, if it has the site for it; its names begin with a prefix."""
+    """Add the tray for small things to a base with a site for it; its names get a prefix."""
     if site := spec.site(f"{prefix}tray"):
         spec.attach(read_spec(own_model("tray")), prefix=f"{prefix}tray/", site=site)
 
 
 class RobotModel:
-    """A robot's model, to read from it what need not be written down again."""
+    """A robot's model, as the source of numbers that need not be given again."""
 
     def __init__(self, file: Traversable, names: Names):
-        """Read the model.
-
-        Raises:
-            CaregiverError: It has not got the parts of that name.
-        """
+        """Read the model, or raise CaregiverError if it lacks a named part."""
         spec = read_spec(file)
         add_tray(spec)
         self._model, self._names, self._file = spec.compile(), names, file
@@ -50,7 +46,7 @@ class RobotModel:
             raise CaregiverError(f"robot {file.name} must have joint {', '.join(missing)}, got {', '.join(joints)}")
 
     def robot(self, **own: Any) -> Embodiment:
-        """Return the robot, called as its file is: what the model says of it, and its own numbers, by their names."""
+        """Return the robot, named after its file, from the model and its `own` fields."""
         return Embodiment(
             name=self._file.name.removesuffix(".xml"),
             model=self._file,
@@ -67,19 +63,19 @@ class RobotModel:
         )
 
     def actuators(self) -> CommandLayout:
-        """Return where the actuators of base, arm and fingers are."""
+        """Return the layout of the actuators."""
         names = self._names
         base, arm, fingers = (self._driven(joints) for joints in (names.base, names.arm, names.fingers))
         return CommandLayout(base, arm, fingers, size=self._model.nu)
 
     def action(self) -> CommandLayout:
-        """Return where base, arm and gripper are in an action: as in the actuators, but the fingers share one."""
+        """Return the layout of actions: like the actuators', but the fingers share one number."""
         actuators = self.actuators()
         gripper = slice(actuators.gripper.start, actuators.gripper.start + 1)
         return CommandLayout(actuators.base, actuators.arm, gripper, size=gripper.stop)
 
     def footprint(self) -> float:
-        """Return the radius of the circle about the base's middle that its hull fits in, metres."""
+        """Return the radius of the circle about the base's centre that contains its hull, m."""
         hull = self._model.geom("base_hull")
         x, y = np.abs(hull.pos[:2])
         if mujoco.mjtGeom(int(hull.type[0])) in (mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_CAPSULE):
@@ -87,7 +83,7 @@ class RobotModel:
         return float(math.hypot(x + hull.size[0], y + hull.size[1]))
 
     def sides(self) -> tuple[float, float]:
-        """Return half the length and width of a box-shaped base, about its middle, metres; (0, 0) of a round one."""
+        """Return half of the length and width of a box-shaped base about its centre, m; (0, 0) for a round one."""
         hull = self._model.geom("base_hull")
         if mujoco.mjtGeom(int(hull.type[0])) != mujoco.mjtGeom.mjGEOM_BOX:
             return 0.0, 0.0
@@ -95,19 +91,19 @@ class RobotModel:
         return x, y
 
     def wheels(self) -> Wheels:
-        """Return where the wheels are."""
+        """Return the wheels."""
         bodies = (self._model.body(int(self._model.joint(name).bodyid[0])) for name in self._names.wheels)
         return Wheels(tuple(tuple(body.pos[:2].tolist()) for body in bodies))
 
     def fingertip(self) -> float:
-        """Return how far the fingers' pads go beyond the pinch point, metres."""
+        """Return the extent of the fingers' pads beyond the pinch point, m."""
         data = self._at_zero()
         pinch, pad = data.site("pinch"), data.geom("finger_left_pad")
         ahead = pinch.xmat.reshape(3, 3)[:, 2]
         return float(ahead @ (pad.xpos - pinch.xpos) + self._model.geom("finger_left_pad").size[2])
 
     def tray(self) -> Tray | None:
-        """Return the tray on its base; None if there is no site for it."""
+        """Return the tray on its base; None without a site for it."""
         if mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_SITE, "tray") < 0:
             return None
         inside = self._at_zero().site("tray/inside")
@@ -120,14 +116,11 @@ class RobotModel:
         return data
 
     def torque(self) -> np.ndarray:
-        """Return what the arm's motors can do, of each joint, (joints,), N m."""
+        """Return the greatest torque of each arm joint, (joints,), N m."""
         return self._model.jnt_actfrcrange[[self._model.joint(name).id for name in self._names.arm], 1]
 
     def lag(self, joint: str, arm: np.ndarray) -> float:
-        """Return by how much the velocity servo of a joint follows later: mass (or inertia) over gain, seconds.
-
-        The inertia depends on the joint positions of the arm.
-        """
+        """Return the lag of a joint's velocity servo, mass or inertia over gain, s, with the arm at joint positions."""
         model = self._model
         data = mujoco.MjData(model)
         data.qpos[[model.joint(name).qposadr[0] for name in self._names.arm]] = arm

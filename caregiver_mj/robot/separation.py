@@ -1,8 +1,8 @@
-"""Speed and separation: how fast the base may drive near children, which of them count, and what it must not do.
+"""Speed and separation: how fast the base may drive near children, and which motions a close child forbids.
 
-The ideas are those of ISO 13482 (a mobile servant robot avoids, slows down and stops) and of ISO/TS 15066 (speed and
-separation); nothing here claims to comply with them. Of several children every one counts: the base keeps what the
-strictest of them asks for. Whatever the command, it does not push a child, nor slide along it fast.
+After ISO 13482 (a mobile servant robot avoids, slows down and stops) and ISO/TS 15066 (speed and separation), without a
+claim to comply with them. Every child counts: the strictest bound holds. Whatever the command, the base does not push a
+child, nor slide along it fast.
 """
 
 from __future__ import annotations
@@ -24,68 +24,64 @@ from caregiver_mj.robot.kinematics import hand_offset, hand_position
 from caregiver_mj.robot.limits import CREEP, Limits, RobotLimits
 from caregiver_mj.robot.view import CHILD_RADIUS, ChildView, View
 
-# A base nearer to a child than so many metres leaves it first, and straight: with this cosine between motion and child
-# at most.
+# m, cosine between motion and child; a base nearer than this first leaves the child, in a direction below that cosine.
 BESIDE, LEAVING = 0.15, -0.8
-FORESIGHT = 2.2  # metres within which paths are planned round a child: one farther away will be elsewhere by then
-# The base must be able to stop before a child that walks towards it.
-_REACTION = 0.04  # seconds of control and servo until the base begins to brake
-_SEPARATION = 0.08  # metres that shall remain
-# m/s with which it may turn to look for a child round a corner, to which it comes at a creep: with that no strike.
+FORESIGHT = 2.2  # m; range within which paths avoid a child; a farther one will have moved on
+_REACTION = 0.04  # s; delay of control and servo before the base brakes
+_SEPARATION = 0.08  # m; distance that must remain when the base has stopped
+# m/s; speed of the base's surface as it turns to look for a child round a corner, to which it comes at a creep. Both
+# together stay below a strike.
 _LOOKING = 0.04
-_FAR = 2.0  # metres beyond which a child does not slow the base down
-FREE = 1.5  # metres to every child from which on neither feedback nor arm is bounded
-_PASSING, _PASSING_GAP = 0.35, 0.4  # share of the speed that counts so at no distance, and metres where none does
-# How a base may move along a child, or turn, that comes to touch it: slower than what counts as a strike, 0.05 m/s.
-_SLIDE_SPEED, _SLIDE_TOUCHING = 0.02, 0.025  # m/s of its surface; the second where it touches it already
-_TURN_SPEED = 0.01  # m/s, the same of a turn
-_SLIDE_TOWARDS = 0.2  # cosine between motion and child, at most: what slides past and does not push
-_BUILDS_UP = 0.2  # seconds until a change of rate has built up
-_SLIDE_RATES = (1.0, 0.8, 0.6, 0.45, 0.33, 0.25, 0.18, 0.12, 0.08, 0.05)  # that are tried
-_COMING_SPEED = 0.1  # m/s towards the robot
-_COMING_GAP, _TOUCHING_GAP = 0.9, 0.01  # metres
-GENTLE_GAP = 0.10  # metres to a child below which the base yields to a push
-# How much faster than a creep the base then returns to where it shall be, 1/s, per metre by which there is more room:
-# so fast it can brake before a child that comes.
+_FAR = 2.0  # m; range beyond which a child does not slow the base down
+FREE = 1.5  # m; distance of the nearest child from which on feedback and arm are unbounded
+_PASSING, _PASSING_GAP = 0.35, 0.4  # share of a passing speed that is approach at contact; m, gap where none is
+# Speeds of the base's surface along a child that comes to touch it, below a strike.
+_SLIDE_SPEED, _SLIDE_TOUCHING = 0.02, 0.025  # m/s; before contact, and in contact
+_TURN_SPEED = 0.01  # m/s; the part of a turn
+_SLIDE_TOWARDS = 0.2  # greatest cosine between motion and child with which the base slides past and does not push
+_BUILDS_UP = 0.2  # s; time until a change of rate has built up
+_SLIDE_RATES = (1.0, 0.8, 0.6, 0.45, 0.33, 0.25, 0.18, 0.12, 0.08, 0.05)  # candidates
+_COMING_SPEED = 0.1  # m/s; speed of a child above which it comes towards the robot
+_COMING_GAP, _TOUCHING_GAP = 0.9, 0.01  # m; gaps below which it counts, and below which it has arrived
+GENTLE_GAP = 0.10  # m; gap below which the base yields to a push
+# 1/s; increase with the gap of the speed of return to the reference, a creep within that gap: so fast the base can
+# brake before a child that comes.
 _RELEASED = 0.6
-GENTLE_UNSEEN = 0.01  # m/s, for that creep, where one may be unseen: it may peek meanwhile, both to be no strike
-_AT_HAND = 0.5  # metres from the arm to the middle of a child below which the arm yields to a push
-_TUCKED = 0.05  # share of the reach below which it is tucked
-_WITHIN = 1e-6  # metres, of a vector of which only the direction is known
-_SOON = 0.8  # seconds within which a child goes on as it walks now
-_HEAD_ON = 0.5  # cosine between motion and child above which a base that cannot stop before it on its path leaves that
-_TOUCHED = 0.002  # metres to a child that touches the base, or does so at the next control timestep
-_NO_NEARER = 0.05  # metres to a child below which nothing leads towards it, and it stands in the way of a path past it
-_BRAKES = 0.8  # share of its limit with which it brakes where it is touched; until then commands keep it
-# m/s by which it is asked to brake, until then, where it has little room to leave: asked for more, it would follow that
-# with nearly all of its acceleration, and a child that turns round it with none.
+GENTLE_UNSEEN = 0.01  # m/s; that creep near a possible unseen child: with `CREEP` round the corner below a strike
+_AT_HAND = 0.5  # m; distance of arm and child's centre below which the arm yields to a push
+_TUCKED = 0.05  # share of the reach below which the arm is tucked
+_WITHIN = 1e-6  # m; length of a vector of which only the direction is known
+_SOON = 0.8  # s; horizon within which a child keeps its velocity
+_HEAD_ON = 0.5  # cosine between motion and child above which `must_stop` considers the child
+_TOUCHED = 0.002  # m; gap of a child that touches the base, or will in the next control timestep
+_NO_NEARER = 0.05  # m; gap below which no motion leads towards a child, and a path past it counts as barred
+_BRAKES = 0.8  # share of the acceleration limit for braking in contact; before contact commands keep to the limit
+# m/s; decrease of the command, before contact, of a base with little room to leave. A greater one would use nearly all
+# of its acceleration, and leave none to react to a child that walks round it.
 _EASES = 0.1
-_BACK = tuple(0.05 * i for i in range(1, 9))  # metres straight away from a child where there may be room
-# Share of its limits with which it brakes there; and how often the time that their jerk takes to that, until it does.
+_BACK = tuple(0.05 * i for i in range(1, 9))  # m; distances straight away from a child at which room is checked
+# Share of the acceleration limit for braking before an obstacle there; delay in multiples of acceleration over jerk.
 _COMES_TO_REST, _BUILDS_UP_LATER = 0.55, 2.5
-# What is straight off a child changes as it walks on at the heels of a base that leaves it. From this speed on, m/s, it
-# counts how that will be so many seconds later, when the base follows its command; at twice that speed fully.
+# m/s, s; the direction away from a child turns as it walks at the heels of a base that leaves it. From the first speed
+# on it is predicted until the base follows its command, at twice that speed over the whole second.
 _FAST, _LATER = 0.2, 0.035
-_ROUNDS = 8  # in which each of several children is asked in turn, until none of them changes it any more
-_STRAYS = 0.08  # radians by which a child that goes along moves on until the base follows its command
-# The same of a base with corners: the metres that it moves on, of which the surface there makes an angle; and how fast
-# such a base may then go along it as it leaves, m/s: slower than a strike, with a turn of the base. A child may run
-# round a corner: by then the base, which may leave a side faster, is to be slow. So far along it looks, metres.
+_ROUNDS = 8  # rounds over several children, unless none changes the velocity any more
+_STRAYS = 0.08  # rad; turn of the direction to a child that walks along until the base follows its command
+# For a box-shaped base: m; distance that the child walks along its surface meanwhile. m/s; speed of the base along it
+# as it leaves, below a strike with a turn included. m; distances that a child may run along the surface, and so round a
+# corner: by then the base, which may leave a side faster, must be slow.
 _MOVES_ON, _ASTRAY = 0.031, 0.034
 _RUNS_ON = tuple(0.04 * i for i in range(8))
 
 
 def is_alone(view: View, robot: Embodiment, apart: float = _SEPARATION + _FAR) -> bool:
-    """Return whether every child, also one that may be there unseen, is farther from the base than so many metres.
-
-    By default that is too far away for anything to be bounded.
-    """
+    """Return whether all children, also possible unseen ones, are over `apart` m away, by default beyond all bounds."""
     return _nearest(view) > robot.footprint + CHILD_RADIUS + apart
 
 
-@functools.lru_cache(maxsize=1)  # many ask at the same moment
+@functools.lru_cache(maxsize=1)  # several callers a timestep
 def _nearest(view: View) -> float:
-    """Metres from the base's middle to that of the nearest child, or of one that may be there unseen."""
+    """Return the distance of the base's centre from that of the nearest child, also a possible unseen one, m."""
     nearest = view.child_distance(view.base[:2])
     for child in view.hidden + view.lurking:
         nearest = min(nearest, math.dist(child.position, view.base[:2]))
@@ -93,28 +89,22 @@ def _nearest(view: View) -> float:
 
 
 def gap(view: View, robot: Embodiment, unseen: tuple[ChildView, ...] = ()) -> float:
-    """Return the metres between the robot's base and the nearest child, or where it may be unseen."""
+    """Return the gap between the base and the nearest child or possible `unseen` one, m."""
     nearest = math.inf
-    for child in view.children + unseen:  # a plain loop: this is asked at every control timestep
+    for child in view.children + unseen:  # a plain loop is faster
         nearest = min(nearest, gap_to(view.base, robot, child))
     return nearest
 
 
 def catch_up_speed(gap: float, gentle: float = CREEP) -> float:
-    """Return how fast a base that is off its reference may return to it, m/s, with a child so many metres away.
-
-    The child may be in between, or come there.
-    """
+    """Return the speed of a base's return to its reference, m/s, with a child, perhaps in between, at a gap, m."""
     return gentle + _RELEASED * max(0.0, gap - GENTLE_GAP)
 
 
 def is_child_at_hand(view: View, robot: Embodiment, reached: float) -> bool:
-    """Return whether a child is so near to the hand, or to the arm that is out, that it might walk into it.
+    """Return whether a child may walk into the hand or the extended arm.
 
-    Args:
-        view: What is seen.
-        robot: The robot.
-        reached: How far its hand reaches out; tucked it is over the child's head.
+    `reached` is the extension as a share of the reach; tucked, the hand is above a child's head.
     """
     if reached < _TUCKED or gap(view, robot) > FREE:
         return False
@@ -133,19 +123,19 @@ def comes(view: View, robot: Embodiment) -> bool:
 
 
 def is_in_the_way(view: View, robot: Embodiment, points: Iterable[Vector]) -> bool:
-    """Return whether a child stands, or will stand shortly, where the base would pass through some points."""
+    """Return whether a child is, or will soon be, where the base would pass through some points."""
     near = robot.footprint + CHILD_RADIUS + _NO_NEARER
     places = child_places(view.children)
     return any(math.dist(point, place) < near for point in points for place in places)
 
 
 def near_children(view: View, place: Vector) -> tuple[ChildView, ...]:
-    """Return the children round whom a base at a place plans its way."""
+    """Return the children that the path of a base at a place must avoid."""
     return tuple(child for child in view.children if math.dist(child.position, place) < FORESIGHT)
 
 
 def child_places(children: Iterable[ChildView]) -> list[Vector]:
-    """Return where children are, and where each will be shortly if it walks on."""
+    """Return the positions of children, now and after `_SOON` seconds at their present velocities."""
     places = []
     for child in children:
         (x, y), (vx, vy) = child.position, child.velocity
@@ -154,19 +144,14 @@ def child_places(children: Iterable[ChildView]) -> list[Vector]:
 
 
 def is_child_at_line(view: View, start: Vector, end: Vector, near: float, within: float) -> bool:
-    """Return whether a child's middle is near a line, along which the arm is or moves, or may be soon.
+    """Return whether a child's centre is, or may be within a time, near a line that the arm is on or moves along.
 
-    Args:
-        view: What is seen.
-        start: Where the line begins, metres.
-        end: Where it ends.
-        near: Metres below which it is near.
-        within: Seconds in which the children may come nearer as they walk now.
+    `near` is in m; `within` is in s, at the children's present velocities.
     """
     far = near + math.dist(start, end)
     for (x, y), (vx, vy) in view.children:
         if math.dist((x, y), start) - within * math.hypot(vx, vy) > far:
-            continue  # most of the time
+            continue  # the usual case
         for time in (0.0, within / 2, within):
             if geometry.distance_to_line((x + time * vx, y + time * vy), start, end) < near:
                 return True
@@ -174,7 +159,7 @@ def is_child_at_line(view: View, start: Vector, end: Vector, near: float, within
 
 
 def child_cells(children: Iterable[ChildView], plan: FloorPlan) -> set[Cell]:
-    """Return the cells of these places."""
+    """Return the cells of `child_places`."""
     return {plan.cell_at(place) for place in child_places(children)}
 
 
@@ -186,18 +171,22 @@ def allowed_rate(
     present: Vector = (0.0, 0.0),
     limits: RobotLimits | None = None,
 ) -> float:
-    """Return the share of its planned velocity, m/s, at which the base can still stop before it touches any child.
+    """Return the share of its planned velocity at which the base can still stop before it touches any child.
 
-    Its planned acceleration, m/s^2, tells what the path leaves it to brake with, see `RobotLimits.braking`; its present
-    velocity, m/s, how fast it leaves a child already. The limits are those in force, by default the robot's.
+    Speed and separation monitoring (after ISO/TS 15066, section 5.5.4): the gap must cover what the robot needs to
+    react and brake, and what the child walks meanwhile. At a rate r of its planned speed, stopping takes r * speed /
+    deceleration + build-up seconds.
 
-    Speed and separation monitoring (the idea of ISO/TS 15066, section 5.5.4): while robot and child close in, the
-    distance between them must cover what the robot needs to react and brake, and what the child walks meanwhile.
-    At a rate r of its planned speed, stopping takes r * speed / deceleration + build-up seconds.
+    A base that leaves or slides past a child may go as fast as its surface can slow down to a creep before contact.
+    Otherwise the two could block each other, each waiting for the other's place.
 
-    A base that does not lead towards the child may leave, or slide past, so fast that its surface can slow down to a
-    creep along the child before that is at it. Else the two could keep each other where they are: the child waits for
-    the place in which the base waits for the child to go.
+    Args:
+        view: The robot's view.
+        robot: The robot.
+        velocity: Planned velocity, m/s.
+        acceleration: Planned acceleration, m/s^2, which reduces the braking that is left (`RobotLimits.braking`).
+        present: Present velocity, m/s, at which the base may already leave a child.
+        limits: Limits in force; the robot's by default.
     """
     if velocity[0] == 0.0 and velocity[1] == 0.0:
         return 1.0
@@ -220,7 +209,7 @@ def _allowed_rate(
     acceleration: Vector,
     present: Vector,
 ) -> float:
-    """The same for one child, for a velocity that is not zero."""
+    """Return `allowed_rate` for one child and a velocity other than zero."""
     base = view.base
     room = _gap_however_turned(base, robot, child) - _SEPARATION
     if room > _FAR:
@@ -235,10 +224,10 @@ def _allowed_rate(
     slides = slide_speed(gap)
     creep = slides / max(abs(across), slides)
     leaves, comes_at = max(0.0, -_along(present, way)), _walking_speed(view, child)
-    # Close by, a path past the child counts as one that leads towards it: it may turn, and so may the path.
+    # Near a child, part of a passing speed counts as approach: child and path may turn.
     approach = towards + speed * _PASSING * min(1.0, max(0.0, 1.0 - room / _PASSING_GAP))
     if towards <= LEAVING * speed:
-        return 1.0  # what is left of `across` is taken away where a child may come to touch, see `restrain`
+        return 1.0  # `restrain` limits `across` near contact
     if approach <= 0.0:
         return max(creep, _sliding_rate(view, limits, gap, comes_at, leaves, towards, soon))
     # approach * r * (stopping / 2 + reaction) + child * (stopping + reaction) = room, solved for r
@@ -257,11 +246,11 @@ def _allowed_rate(
 def must_stop(
     view: View, robot: Embodiment, velocity: Vector, acceleration: Vector, limits: RobotLimits | None = None
 ) -> bool:
-    """Return whether a base that moves so, m/s and m/s^2, has no more than the way left that it needs to stop.
+    """Return whether a base with this velocity, m/s, and acceleration, m/s^2, needs all remaining distance to stop.
 
-    A path that itself speeds up, or turns, slows down later than `allowed_rate` reckons with. The base then leaves it:
-    a protective stop (ISO 10218-1). A linear change of acceleration costs (a + b)^2 / (2 b jerk) of time, with b that
-    of braking.
+    On a path that speeds up or turns, braking starts later than `allowed_rate` assumes. The base then leaves the path:
+    a protective stop (ISO 10218-1). Changing the acceleration from a to braking at b costs (a + b)^2 / (2 b jerk)
+    seconds.
     """
     if (speed := math.hypot(*velocity)) < _SLIDE_SPEED:
         return False
@@ -280,9 +269,10 @@ def must_stop(
 def _sliding_rate(
     view: View, limits: RobotLimits, gap: float, comes_at: float, leaves: float, towards: float, across: float
 ) -> float:
-    """The share of a velocity, m/s towards a child and across, from which the surface slows down before it is touched.
+    """Return the share of a velocity from which the base's surface slows down to a creep before contact.
 
-    So fast the child may come, and the base leaves it now, m/s; `towards` is negative for a velocity away from it.
+    Speeds are in m/s: that of the child, that with which the base now leaves it, and the velocity towards the child,
+    negative away from it, and across. The gap is in m.
     """
     for rate in _SLIDE_RATES:
         closing = comes_at + max(rate * towards, -leaves)
@@ -293,34 +283,30 @@ def _sliding_rate(
 
 
 def _walking_speed(view: View, child: ChildView) -> float:
-    """How fast a child may come, m/s: as toddlers do, and one that runs as fast as it does."""
+    """Return a child's greatest speed of approach, m/s: a usual child's, or its own present one if that is higher."""
     return max(view.child_comes, min(view.child_runs, math.hypot(*child.velocity)))
 
 
 def slide_speed(gap: float) -> float:
-    """Return how fast the surface of a base may be along a child so many metres away, however soon that comes, m/s."""
+    """Return the greatest speed of the base's surface along a child at a gap, m, however soon it comes, m/s."""
     return _SLIDE_TOUCHING if gap < _TOUCHING_GAP else _SLIDE_SPEED
 
 
 def allowed_turning(view: View, robot: Embodiment, velocity: Vector, turning: tuple[float, float]) -> float:
-    """Return how fast the base may turn, rad/s, to turn no faster than at a creep when a child comes to touch it.
+    """Return the rate, rad/s, from which a turn slows down to a creep before a child can touch the base.
 
-    Args:
-        view: What is seen.
-        robot: The robot.
-        velocity: Of the base now, m/s.
-        turning: Rate, rad/s, and acceleration, rad/s^2, of the base's turn now.
+    The base has a velocity, m/s, and turns at a rate, rad/s, with an acceleration, rad/s^2 (`turning`).
     """
     limits, speed = robot.limits.yaw, math.hypot(*velocity)
     room, closing = _nearest(view) - robot.footprint - CHILD_RADIUS, view.child_runs + speed
     if turning == (0.0, 0.0) and limits.slowing(room / closing - _REACTION - view.age) > limits.velocity:
-        return math.inf  # whatever turn begins now can end in time
-    # Before a turn that speeds up can slow down its acceleration has to go, and meanwhile it becomes faster still.
+        return math.inf  # any turn that begins now can end in time
+    # An accelerating turn becomes still faster before it can slow down.
     rate, acceleration = turning
     speeds_up = max(0.0, acceleration if rate >= 0.0 else -acceleration)
     delay, most = speeds_up / limits.jerk, abs(rate) + speeds_up**2 / (2 * limits.jerk)
     allowed = math.inf
-    # One that does not see all round must turn to see one that may be at it.
+    # With a narrow view, the base must be able to turn to see a child that may be near.
     unseen = view.unseen
     for child in view.children + unseen:
         gap = _gap_however_turned(view.base, robot, child)
@@ -336,12 +322,12 @@ def allowed_turning(view: View, robot: Embodiment, velocity: Vector, turning: tu
 
 
 def _gap_however_turned(base: Pose, robot: Embodiment, child: ChildView) -> float:
-    """Metres between child and base, whose corners may turn towards it."""
+    """Return the gap to a child, m, with any heading of the base."""
     return math.dist(child.position, base[:2]) - robot.footprint - CHILD_RADIUS
 
 
 def gap_to(base: Pose, robot: Embodiment, child: ChildView) -> float:
-    """Return the metres between base and child."""
+    """Return the gap between base and child, m."""
     return math.hypot(*_way_to(base, robot, child)) - robot.rounding - CHILD_RADIUS
 
 
@@ -354,25 +340,21 @@ def _way_to(base: Pose, robot: Embodiment, child: ChildView) -> Vector:
 
 
 def _along(velocity: Vector, way: Vector) -> float:
-    """How much of a velocity leads along a way, m/s."""
+    """Return the component of a velocity along a vector, m/s."""
     return (velocity[0] * way[0] + velocity[1] * way[1]) / (math.hypot(*way) or 1.0)
 
 
 def outwards(robot: Embodiment, yaw: float, offset: Vector) -> Vector:
-    """Return the vector to a place from the nearest point within the base's sides: square to its surface there.
+    """Return the vector to a place from the nearest point within the base's sides, normal to its surface there.
 
-    Of a round base it is that from its middle; that of a box-shaped one is square to a side, except at its corners.
-
-    Args:
-        robot: The robot.
-        yaw: Heading of its base, radians.
-        offset: Of the place from the base's middle, in the house, metres.
+    In a round base that point is the centre; on a box-shaped one the vector is normal to a side, except at corners. The
+    place is an offset from the base's centre in the house's axes, m; `yaw` is the base's heading, rad.
     """
     if robot.sides == (0.0, 0.0):
-        return offset if offset != (0.0, 0.0) else (_WITHIN, 0.0)  # seen at its very middle: some direction
+        return offset if offset != (0.0, 0.0) else (_WITHIN, 0.0)  # at its very centre: any direction
     x, y = geometry.rotate(-yaw, offset)
     beyond_x, beyond_y = abs(x) - robot.sides[0], abs(y) - robot.sides[1]
-    if max(beyond_x, beyond_y) <= 0.0:  # it is seen within the base, where no child can be
+    if max(beyond_x, beyond_y) <= 0.0:  # an estimate within the base, where no child can be
         beyond_x, beyond_y = (_WITHIN, 0.0) if beyond_x > beyond_y else (0.0, _WITHIN)
     return geometry.rotate(yaw, (math.copysign(max(0.0, beyond_x), x), math.copysign(max(0.0, beyond_y), y)))
 
@@ -386,25 +368,25 @@ def restrain(
     velocity: Vector,
     before: Vector,
 ) -> tuple[Vector, bool]:
-    """Take from a velocity of the base what leads towards a child that is at it, or fast along one nearby.
+    """Remove from the base's velocity what leads towards a child in contact, or fast along a close one.
 
-    The command is more than the planned velocity: feedback takes it back to where it should be, and so
-    towards a child that has pushed it off.
+    The command is more than the planned velocity: feedback returns the base to its reference, and so towards a child
+    that has pushed it off.
 
     Args:
-        view: What is seen.
+        view: The robot's view.
         robot: The robot.
-        clearance: How much room there is. Without what leads along a child the base leaves it straighter than it
-            would, where there is room for that; else it goes where it would, and slowly.
-        seconds: A control timestep.
-        is_loaded: Whether there is a candle in the hand, which then needs room as well.
-        velocity: The command that the references want, m/s.
-        before: The command a control timestep ago, m/s: it brakes from that no harder than it may.
+        clearance: The room. Without its speed along a child, the base leaves it more directly, where there is room,
+            else slowly in its own direction.
+        seconds: The control timestep, s.
+        is_loaded: Whether a candle is in the hand, which also needs room.
+        velocity: The wanted command, m/s.
+        before: The previous command, m/s, from which braking is limited.
 
     Returns:
-        What is left of the velocity, and whether a child touches the base: then it must not take its time.
+        The remaining velocity, and whether a child touches the base, so that the command must apply at once.
     """
-    # Where it is not known to the millimetre who touches whom, it keeps its limits, and is slow sooner.
+    # With inexact sensing contact is unknown: the base keeps its limits, and slows down earlier.
     is_touched = not view.unsure and any(gap_to(view.base, robot, child) < _TOUCHED for child in view.children)
     children = view.children + view.hidden
     limits = robot.limits.loaded if is_loaded else robot.limits
@@ -415,7 +397,7 @@ def restrain(
             left = _restrained(view, robot, clearance, seconds, is_loaded, is_touched, child, left, before)
         if rounds == 1 or math.dist(left, wanted) < NO_SPEED:
             return left, is_touched
-    # What one child leaves leads towards another one: it brakes.
+    # No velocity suits all children: brake.
     speed, change = math.hypot(*before), seconds * _BRAKES * limits.as_commanded.acceleration
     kept = 1.0 - change / speed if is_touched and speed > change else 0.0
     return (kept * before[0], kept * before[1]), is_touched
@@ -432,7 +414,7 @@ def _restrained(
     velocity: Vector,
     before: Vector,
 ) -> Vector:
-    """What is left of a velocity of the base, m/s, for the sake of one child."""
+    """Return the velocity of the base that remains for one child, m/s."""
     limits = robot.limits.loaded if is_loaded else robot.limits
     command_limits = limits.as_commanded
     room = gap_to(view.base, robot, child) - view.unsure
@@ -449,7 +431,7 @@ def _restrained(
         dx, dy = outwards(robot, view.base[2], offset)
     away = math.hypot(dx, dy)
     x, y = dx / away, dy / away
-    # Touched by any, it is commanded at once.
+    # In contact with any child, the command applies at once.
     braking = seconds * _BRAKES * command_limits.acceleration
     bounds = (braking, math.inf) if is_touched else (math.inf, GENTLY * command_limits.jerk)
     towards, commanded = vx * x + vy * y, before[0] * x + before[1] * y
@@ -471,7 +453,7 @@ def _restrained(
     way = math.copysign(1.0, across)
     most = _bounded(way * (before[1] * x - before[0] * y), slides, seconds, *bounds)
     if abs(across) > max(most, slides):
-        # What is left leads straighter away from the child than its way does: no faster than there is room for.
+        # The remaining velocity leads more directly away from the child: limit it to the room there.
         on_its_way = towards * max(0.0, most) / abs(across)
         slowed = min(on_its_way, -_speed_back(view, robot, clearance, is_loaded, (x, y), command_limits))
         towards = max(towards, slowed if is_touched else min(slowed, commanded + _EASES))
@@ -480,9 +462,9 @@ def _restrained(
 
 
 def _corners(robot: Embodiment, yaw: float, offset: Vector) -> tuple[float, ...]:
-    """Radians by which the way off a base turns as a child at an offset moves on a little along it.
+    """Return how far the surface's normal turns, rad, as a child at an offset walks a little along it.
 
-    Here, and where the child is when it has run on by each of `_RUNS_ON`, whichever way; empty of a round base.
+    First at the child, then where it has run on by each of `_RUNS_ON`, in either direction; empty for a round base.
     """
     if robot.sides == (0.0, 0.0):
         return ()
@@ -502,11 +484,10 @@ def _corners(robot: Embodiment, yaw: float, offset: Vector) -> tuple[float, ...]
 
 
 def _bounded(speed: float, most: float, seconds: float, change: float, jerk: float) -> float:
-    """What is asked of a base that may have so much speed at most, m/s.
+    """Return the next commanded speed, m/s, for a bound `most`.
 
-    A faster one brakes as hard as it may. One that speeds up, or that leaves a child and ceases to, comes to it so
-    gently that it does not go beyond it. In a control timestep its speed changes by `change` at most; the jerk, m/s^3,
-    is that with which its acceleration goes at the end, infinite if it may go at once.
+    Above the bound it brakes by at most `change` in a control timestep. Below it approaches the bound without
+    overshoot, with `change` and a final jerk, m/s^3, which is infinite if the acceleration may drop at once.
     """
     off = most - speed
     if off <= 0.0:
@@ -517,7 +498,7 @@ def _bounded(speed: float, most: float, seconds: float, change: float, jerk: flo
 def _speed_back(
     view: View, robot: Embodiment, clearance: Clearance, is_loaded: bool, child: Vector, limits: Limits
 ) -> float:
-    """How fast the base may go straight away from a child, in a direction, to come to rest where there is room, m/s."""
+    """Return the speed at which the base can leave a child, a unit vector away, and stop where there is room, m/s."""
     here, room = view.base[:2], 0.0
     hand = hand_offset(view, robot) if is_loaded else None
     for back in _BACK:

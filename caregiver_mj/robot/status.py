@@ -1,4 +1,4 @@
-"""How a skill fares."""
+"""Status of a skill."""
 
 from __future__ import annotations
 
@@ -8,24 +8,23 @@ from typing import ClassVar
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Status:
-    """What one step of a skill has come to: one of the six constants, and nothing else.
+    """Result of a step of a skill: one of the six constants.
 
-    They are plain attributes and no enumeration, whose members Python 3.11 looks up so slowly that it showed in the
-    closed loop.
+    They are plain attributes: Python 3.11 looks up members of enumerations so slowly that it showed in the closed loop.
     """
 
-    name: str  #: that of the constant
-    ended: bool = True  #: whether there is nothing left to do
+    name: str  #: name of the constant
+    ended: bool = True  #: whether the skill has ended
     interruptible: bool = True  #: whether another skill may take over now
-    #: whether it has ended without having achieved what it is for, although that is still to be done
+    #: whether it has ended without success, with its task still to be done
     failed: bool = False
 
-    RUNNING: ClassVar[Status]  # and another skill may take over now
-    COMMITTED: ClassVar[Status]  # running, and must not be interrupted now
+    RUNNING: ClassVar[Status]  # interruptible
+    COMMITTED: ClassVar[Status]  # running, not interruptible now
     DONE: ClassVar[Status]
     FAILED: ClassVar[Status]
-    OUT_OF_REACH: ClassVar[Status]  # failed, because there is no way to get at the thing
-    OVERTAKEN: ClassVar[Status]  # the world has changed, and its aim with it
+    OUT_OF_REACH: ClassVar[Status]  # failed: the thing cannot be reached
+    OVERTAKEN: ClassVar[Status]  # its task is obsolete, because the world has changed
 
 
 Status.RUNNING = Status("RUNNING", ended=False)

@@ -1,4 +1,4 @@
-"""What the robot sees at one moment: itself, the children and the candles."""
+"""The robot's view at one moment: itself, the children and the candles."""
 
 from __future__ import annotations
 
@@ -13,68 +13,67 @@ from caregiver_mj.children.walk import BUMP_SPEED, FASTEST
 from caregiver_mj.plans import layout
 from caregiver_mj.robot.geometry import UPRIGHT, Pose, Vector, upwards
 
-CHILD_RADIUS = layout.CHILD_RADIUS  # metres
+CHILD_RADIUS = layout.CHILD_RADIUS  # m
 NO_GATES, NO_THINGS = np.zeros(0), np.zeros((0, 3))
-LOOSE = 0.002  # m; release threshold: how far each finger is off what it has held
-OFF_FLOOR = 0.05  # metres above the floor from which on something small does not lie there any more
-OFF_TABLE = 0.03  # metres from a table's height beyond which a candle is not on it (one that lies there: 0.022)
+LOOSE = 0.002  # m; release threshold: distance of each finger from the thing that it held
+OFF_FLOOR = 0.05  # m; height at which a small thing is off the floor
+OFF_TABLE = 0.03  # m; distance from a table's height beyond which a candle is not on it (lying: 0.022)
 
 
 def loose(things: Sequence[layout.Thing]) -> float:
-    """Return the metres of each finger off the middle from which on the hand has let go of any of some things."""
+    """Return the distance of each finger from the middle at which the hand has let go of any of some things, m."""
     return LOOSE + max((thing.radius for thing in things), default=layout.CANDLE_RADIUS)
 
 
 def off_table(things: Sequence[layout.Thing]) -> np.ndarray:
-    """Return the metres from a table's height beyond which each of some things does not even lie on it, (things,)."""
+    """Return the distance from a table's height beyond which each thing does not even lie on it, (things,), m."""
     return np.array([OFF_TABLE + (thing.width - layout.CANDLE_RADIUS) for thing in things])
 
 
 class ChildView(NamedTuple):
-    """What the robot sees of one child."""
+    """The robot's view of one child."""
 
-    position: Vector  # its middle (x, y), metres
-    velocity: Vector  # how it moves (vx, vy), m/s
+    position: Vector  # centre (x, y), m
+    velocity: Vector  # (vx, vy), m/s
 
 
-@dataclasses.dataclass(eq=False, slots=True)  # to look up what has been worked out of it
+@dataclasses.dataclass(eq=False, slots=True)  # compared by identity, as a key of caches
 class View:
-    """What the robot sees at one moment, in metres and radians."""
+    """The robot's view at one moment, in metres and radians."""
 
-    now: float  # seconds since the episode's start
-    base: Pose  # pose (x, y, yaw) of its base
-    fingers: float  # how far the fingers stand off the middle, both together
-    arm: np.ndarray  # joint positions (joints,), radians
-    children: tuple[ChildView, ...]  # all children in the house that are seen
+    now: float  # s since the episode's start
+    base: Pose  # pose (x, y, yaw) of the base
+    fingers: float  # total distance of the fingers from the middle
+    arm: np.ndarray  # joint positions (joints,)
+    children: tuple[ChildView, ...]  # children in sight
     candles: np.ndarray  # position of each candle's foot, (candles, 3)
-    candle_orientations: np.ndarray  # its orientation, a quaternion (w, x, y, z), (candles, 4)
-    # how far each gate stands open, (gates,), radians
+    candle_orientations: np.ndarray  # quaternions (w, x, y, z), (candles, 4)
+    # opening angle of each gate, (gates,)
     gates: np.ndarray = dataclasses.field(default_factory=lambda: NO_GATES)
-    # where each small thing is that lay on the floor at first, (things, 3)
+    # position of each small thing that lay on the floor at first, (things, 3)
     things: np.ndarray = dataclasses.field(default_factory=lambda: NO_THINGS)
-    table_heights: np.ndarray | None = None  # how high the tables' tops are, (tables,); None if as usual
-    age: float = 0.0  # seconds since all this was observed; what it is now is foretold from that
-    unsure: float = 0.0  # metres by which children may be nearer than they seem; 0 if all is seen exactly
-    numbers: tuple[int, ...] | None = None  # which children these are; None if they are all that there are
-    # where a child that is not seen may come round a corner, at the worst; where it may be, for a robot that does not
-    # see all round
+    table_heights: np.ndarray | None = None  # of the tables' tops, (tables,); None for the standard height
+    age: float = 0.0  # s; age of the observation from which the present is predicted
+    unsure: float = 0.0  # distance by which children may be nearer than they seem; 0 if exact
+    numbers: tuple[int, ...] | None = None  # numbers of the children in sight; None for all
+    # worst places of unseen children: where one may come round a corner or, with a narrow view, where one may be
     lurking: tuple[ChildView, ...] = ()
-    hidden: tuple[ChildView, ...] = ()  # where one that was seen a moment ago may have come to
-    # heading in which it sees most of where children may be that it does not see; None if it sees all round
+    hidden: tuple[ChildView, ...] = ()  # possible places of children seen a moment ago
+    # heading with the likeliest unseen children; None with a view all round
     gaze: float | None = None
-    # m/s; with which a child may come, and at most, should it run
+    # m/s; usual and greatest speed of a child's approach
     child_comes: float = BUMP_SPEED
     child_runs: float = FASTEST
 
     @property
     def unseen(self) -> tuple[ChildView, ...]:
-        """Where children may be beside the robot unseen: who sees all round sees one come round a corner in time."""
+        """Possible places of unseen children at the robot; a view all round shows those round a corner in time."""
         return self.hidden if self.gaze is None else self.hidden + self.lurking
 
     def child_distance(self, place: Vector | np.ndarray) -> float:
-        """Return the metres from a place to the middle of the nearest child."""
+        """Return the distance of a place from the nearest child's centre, m."""
         nearest = math.inf
-        for child in self.children:  # a plain loop: this is asked at every control timestep
+        for child in self.children:  # a plain loop is faster
             nearest = min(nearest, math.dist(child.position, place))
         return nearest
 
@@ -98,10 +97,10 @@ class View:
         return self.things[:, 2] > OFF_FLOOR
 
     def table_height(self, table: int) -> float:
-        """Return how high a table's top is."""
+        """Return the height of a table's top, m."""
         return layout.TABLE_HEIGHT if self.table_heights is None else float(self.table_heights[table])
 
     def stands_on_table(self, candle: int, table: int) -> bool:
-        """Return whether a candle is upright and as high as a table, so that it can be gripped from the front."""
+        """Return whether a candle is upright at a table's height, so that it can be gripped from the front."""
         height, (_, x, y, _) = float(self.candles[candle, 2]), self.candle_orientations[candle].tolist()
         return abs(height - self.table_height(table)) < OFF_TABLE and 1 - 2 * (x * x + y * y) > UPRIGHT

@@ -16,27 +16,27 @@ from typing import TypeVar
 import numpy as np
 import scipy
 
-#: Environment variable: the folder, or nothing for no cache.
+#: Environment variable with the cache folder; empty for no cache.
 FOLDER = "CAREGIVER_MJ_CACHE"
-LARGEST = 1_000_000_000  # bytes of all files; the ones that were used longest ago go first
-_ROOMS = ("caregivers", "children", "danger", "interventions", "plans")  # whose code decides the results
-_OWN = "value_tables"  # folder within that; nothing else is kept in it, or removed
+LARGEST = 1_000_000_000  # bytes of all files; beyond that the least recently used are removed
+_ROOMS = ("caregivers", "children", "danger", "interventions", "plans")  # rooms whose code affects the results
+_OWN = "value_tables"  # subfolder of the cache; only its files are removed
 _Made = TypeVar("_Made")
 
 
 def cached(key: str, make: Callable[[], _Made]) -> _Made:
-    """Return what `make` returns, from a file if one has the same key and was written by the same code.
+    """Return `make()`, or its result from a file with the same key, written by the same code.
 
-    A folder that cannot be written is no error. Like all of a user's files, those in it are trusted.
+    A folder that cannot be written is no error. Files in it are unpickled, and so trusted like all files of a user.
     """
     usual = os.path.expanduser(os.path.join(os.environ.get("XDG_CACHE_HOME") or "~/.cache", "caregiver_mj"))
     folder = os.environ.get(FOLDER, usual)
-    if not folder or folder.startswith("~"):  # for there is no home
+    if not folder or folder.startswith("~"):  # no home directory
         return make()
     path = pathlib.Path(folder, _OWN, hashlib.sha256((_code() + key).encode()).hexdigest() + ".pickle")
-    with contextlib.suppress(Exception):  # there is none, or it is damaged
+    with contextlib.suppress(Exception):  # missing or damaged
         found: _Made = pickle.loads(path.read_bytes())
-        with contextlib.suppress(OSError):  # it may be another user's
+        with contextlib.suppress(OSError):  # another user's file
             os.utime(path)
         return found
     made = make()
@@ -51,7 +51,7 @@ def _store(path: pathlib.Path, made: object) -> None:
         try:
             pickle.dump(made, file, pickle.HIGHEST_PROTOCOL)
             file.close()
-            os.replace(file.name, path)  # another process reads all of it, or nothing
+            os.replace(file.name, path)  # atomic for other processes
         except BaseException:
             os.unlink(file.name)
             raise
@@ -64,7 +64,7 @@ def _store(path: pathlib.Path, made: object) -> None:
 
 @functools.cache
 def _code() -> str:
-    """Return a digest of the code that decides the results, and of what runs it."""
+    """Return a digest of the code that affects the results, and of the versions of Python, NumPy and SciPy."""
     package = pathlib.Path(__file__).parents[2]
     digest = hashlib.sha256(f"{sys.version} {np.__version__} {scipy.__version__}".encode())
     for file in sorted(file for room in _ROOMS for file in (package / room).rglob("*.py")):

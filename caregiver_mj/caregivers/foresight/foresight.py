@@ -1,6 +1,6 @@
-"""The planner: it predicts where the children may go, and chooses the option with the least damage to come.
+"""The planner: it predicts the children's moves and chooses the option with the least expected damage to come.
 
-A privileged variant knows the goals of the children.
+A privileged variant knows the children's goals and epsilons.
 """
 
 from __future__ import annotations
@@ -32,26 +32,25 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.visibility import ALL_ROUND, lookouts, visibility
 
-# By how much something else must be better than what it is about, as a share of all damage that is to come: so that it
-# does not turn round for a trifle. On 34 houses of train-100 and shapes-train-100 .001 was no better (damage by 0.0 %,
-# standard error 0.8 %, of 60 episodes a house), and in 15 tiny houses farther from the optimum at epsilon .05.
+# Improvement, as a share of the damage to come, that justifies a change of option; below, the robot turns round for
+# trifles. On 34 houses of train-100 and shapes-train-100 .001 was no better (damage by 0.0 %, standard error 0.8 %, 60
+# episodes a house), and in 15 tiny houses farther from the optimum at epsilon .05.
 HYSTERESIS = 0.004
-# Timesteps for which not knowing where a child is counts. On six houses of train-100, walls opaque, 20 episodes of each
-# novice, 0 closes 76 % of the gap from `last-seen` to full sight, 16, 30 and 60 close 93, 96 and 96 %.
+# Timesteps for which the cost of not seeing a child counts. On six houses of train-100, walls opaque, 20 episodes of
+# each novice, 0 closes 76 % of the gap from `last-seen` to full sight; 16, 30 and 60 close 93, 96 and 96 %.
 REGRETS = 30
 
 
 class ForesightCaregiver(Caregiver):
-    """Take the option with the least expected damage, later interventions included.
+    """Takes the option with the least expected damage, later interventions included.
 
-    It believes in every toy bin that a child may be going to, and every epsilon that it may have, as far as the child's
-    moves speak for them. What follows for each of them is in a `ValueTable`; those expectations are weighed by the
-    belief (QMDP: Littman, Cassandra and Kaelbling 1995), and added up over the children. Where it does not see a child,
-    they are also weighed by where that may be, and what it will regret not to know counts: so it looks for a child
-    where knowing is worth more than doing.
+    It updates a belief over each child's toy bin and epsilon by the child's moves. Expected damages, from a
+    `ValueTable`, are averaged by this belief and summed over the children (QMDP: Littman, Cassandra and Kaelbling
+    1995). With unseen children it also averages over their cells, and adds the cost of not seeing them (`regret`), so
+    that it looks for a child where information is worth more than action.
 
-    Where a child does what none of those does that it believes in (`Belief.understood`) it follows the rule, equation
-    (2). So it does in a house that is too large for a table, there with the P(reach) of its belief.
+    A child that moves like none of its models (`Belief.understood`) is left to the rule, equation (2). So is a house
+    too large for a table, with P(reach) from the belief.
     """
 
     def __init__(
@@ -64,46 +63,45 @@ class ForesightCaregiver(Caregiver):
         objective: Objective = OBJECTIVE,
         regrets: int = REGRETS,
     ):
-        """Look ahead.
+        """Set up the planner; `reset` computes its tables.
 
         Args:
             plan: The house.
-            seed: Of the paper's model of safety beside it; what it does draws no lots.
-            hysteresis: By what share of the damage to come another intervention must be better than this one.
-            change: Probability, in a timestep, that a child's epsilon changes.
-            objective: What is to be least.
-            regrets: For how many timesteps not knowing where a child is counts (`regret`); 0 for a caregiver that never
-                goes to look for one.
+            seed: Seed of the paper's safety model, used for displays and the rule; the planner itself draws nothing.
+            hysteresis: Improvement, as a share of the damage to come, that justifies a change of option.
+            change: Probability in a timestep that a child's epsilon changes.
+            objective: The objective.
+            regrets: Timesteps for which the cost of not seeing a child counts (`regret`); 0 to never look for one.
         """
         super().__init__(plan, seed)
         self._plans = candles_at_a_time(plan) >= min(1, len(plan.candle_tables))
         self.waits = self._plans
         self._hysteresis, self._change, self._objective, self._regrets = hysteresis, change, objective, regrets
-        self._rule = PaperCaregiver(plan, seed)  # for displays; it decides nothing
+        self._rule = PaperCaregiver(plan, seed)  # for displays, and for decisions without a plan
         self._begin(1, 1)
 
     def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
         if self._plans:
-            self._values()  # both now, so that no decision has to wait for them
+            self._values()  # both now, so that no decision waits for them
             self._ways()
         self._rule.reset(batch, seeds, children)
-        self._rule.followers = None  # its own belief knows them
+        self._rule.followers = None  # its own belief detects them
         self._begin(batch, children)
 
     def _begin(self, batch: int, children: int) -> None:
         self.belief = Belief(child_chain(self.plan), batch, children, self._change)
-        self._begun, self._table = np.full((2, batch), NOTHING)  # number of the option, and destination
+        self._begun, self._table = np.full((2, batch), NOTHING)  # present option, and its destination
 
     def _values(self) -> Tables:
         return value_tables(self.plan, self.pace, self._objective)
 
     def _ways(self) -> Motion:
-        """Return how it moves, to lookouts, too, if there are any."""
+        """Return the motion model, with lookouts if there are any."""
         return motion(self.plan, self.pace, self._lookouts)
 
     @property
     def index(self) -> OptionIndex:
-        """The numbers of its options."""
+        """Numbering of its options."""
         plan = self.plan
         things = len(plan.stairwells), len(plan.candle_tables), len(plan.floor_cells)
         return OptionIndex(*things, len(self._lookouts), len(plan.caregiver_cells))
@@ -120,9 +118,9 @@ class ForesightCaregiver(Caregiver):
         self._rule.watch(percept)
 
     def assess(self, percept: Percept) -> Assessment:
-        """Return what it believes, beside the paper's P(safe|tau); P(reach) in equation (2) follows from that belief.
+        """Return the belief and the paper's P(safe|tau); P(reach) in equation (2) follows from the belief.
 
-        It decides by more than these numbers: by `options`, which count what it could still do.
+        Decisions follow from `options`, which also count later interventions.
         """
         joint = percept.belief.joint.copy() if percept.belief else None
         prediction = Prediction(child_chain(self.plan), percept.child_cell, self.belief.probability, joint)
@@ -134,7 +132,7 @@ class ForesightCaregiver(Caregiver):
     def decide(self, percept: Percept) -> Interventions:
         answer = Interventions.idle(len(percept.caregiver_cell))
         lying = self._within_reach_on_the_floor(percept)
-        # A candle in the hand is put down first, and one on the floor is picked up before anything else.
+        # A candle in the hand is put down first; then one on the floor is picked up.
         empty, index = percept.holding == NOTHING, self.index
         for world in np.flatnonzero(empty & lying.any(axis=1)):
             candle = lying[world].argmax()
@@ -164,7 +162,7 @@ class ForesightCaregiver(Caregiver):
         return answer
 
     def options(self, percept: Percept, worlds: np.ndarray) -> Options:
-        """Return what can be done in some worlds, (W,), in which all candles are on tables."""
+        """Return the options in some worlds, (W,), in which all candles are on tables."""
         landings = len(self.plan.landings)
         shut = np.zeros((len(worlds), 0), bool) if percept.shut is None else percept.shut[worlds, landings:]
         ways, which = np.unique(shut, axis=0, return_inverse=True)
@@ -175,9 +173,9 @@ class ForesightCaregiver(Caregiver):
         return Options(damage, np.concatenate([part.table for part in parts])[order])
 
     def _options(self, values: ValueTable, percept: Percept, worlds: np.ndarray) -> Options:
-        """Return the same for worlds in which the same gates are shut."""
+        """Return the options in worlds with the same gates shut."""
         every = np.arange(len(worlds))
-        if not percept.belief:  # where each child is is known, and so what is to come can be added up at once
+        if not percept.belief:  # all children seen: one case a world
             sums = Sums.zeros(values, values.motion, every, percept, worlds)
             for child, probability in enumerate(np.moveaxis(self.belief.probability[worlds], 1, 0)):
                 wants = probability.reshape(len(worlds), -1)[:, values.possible].astype(np.float32)
@@ -197,28 +195,25 @@ class ForesightCaregiver(Caregiver):
         return options
 
     def expected_damage(self, percept: Percept, worlds: np.ndarray) -> np.ndarray:
-        """Return the expected discounted damage to come after the caregiver's last action in a timestep, (W,).
-
-        All candles are on tables in these worlds.
-        """
+        """Return the expected damage to come after a timestep's last action, (W,), with all candles on tables."""
         nothing_left = dataclasses.replace(percept, time_left=np.zeros(len(percept.caregiver_cell)))
         return self.options(nothing_left, worlds).damage.min(axis=1)
 
     def best(self, options: Options, percept: Percept, worlds: np.ndarray) -> np.ndarray:
-        """Return the number of the option to take in some worlds, (W,)."""
+        """Return the number of the best option in some worlds, (W,)."""
         damage = options.damage.copy()
         if percept.out_of_reach is not None:
             damage[self.index.of_hazards(percept.out_of_reach[worlds], others=False)] = np.inf
         begun, tables = self._begun[worlds], percept.candle_table[worlds]
         candle = self.index.among(self.index.relocations, begun)
-        if tables.size:  # a relocation ends once its candle stands where it should
+        if tables.size:  # a relocation ends once its candle is at its destination
             there = tables[np.arange(len(worlds)), candle] == self._table[worlds]
             begun = np.where((candle != NOTHING) & there, NOTHING, begun)
         goes_on = np.arange(damage.shape[1]) == begun[:, None]
         return first_of_least(damage - goes_on * self._hysteresis * damage.min(axis=1, keepdims=True))
 
     def destination(self, percept: Percept, candle: np.ndarray) -> np.ndarray:
-        """Return the table that was chosen with the candle, as long as it is bare; else the farthest one."""
+        """Return the planned table for the candle if it is bare; else the farthest one."""
         chosen = np.where(self._begun == self.index.relocations.start + candle, self._table, NOTHING)
         bare = bare_tables(percept.candle_table, len(self.plan.tables))[np.arange(len(chosen)), chosen]
         return np.where(bare & (chosen != NOTHING), chosen, super().destination(percept, candle))
@@ -235,7 +230,7 @@ class ForesightCaregiver(Caregiver):
         self._begun[worlds] = option
 
     def _within_reach_on_the_floor(self, percept: Percept) -> np.ndarray:
-        """Return which candles are to be picked up, bool (B, candles)."""
+        """Return which candles to pick up from the floor, bool (B, candles)."""
         lying = np.zeros(percept.candle_table.shape, bool)
         if percept.candle_cell is not None:
             lying |= percept.candle_cell != NOTHING
@@ -245,9 +240,9 @@ class ForesightCaregiver(Caregiver):
 
 
 def each_on_a_table(plan: FloorPlan, percept: Percept) -> Percept:
-    """Return the percept with a candle that lies on the floor, or shares a table, on the nearest bare one.
+    """Return the percept with each candle that is on the floor, or shares a table, moved to the nearest bare table.
 
-    That happens in the house only, and seldom. Those in the hand stay there.
+    This occurs in the house only, and rarely. A candle in the hand stays there.
     """
     if percept.candle_cell is None:
         return percept
@@ -267,10 +262,10 @@ def each_on_a_table(plan: FloorPlan, percept: Percept) -> Percept:
 
 
 class KnowsGoalCaregiver(ForesightCaregiver, PrivilegedCaregiver):
-    """The planner that knows the toy bin and the epsilon of each child, but neither its kind nor what chance brings.
+    """The planner with privileged knowledge of each child's toy bin and epsilon, but not of its kind or random stream.
 
-    It is no bound: its planner is the same, with the same approximations. An epsilon between two that it has plans for
-    is believed to be either, so that it is right on an average.
+    It is no bound, as it makes the same approximations. An epsilon between two planned ones is believed to be either,
+    with the right mean.
     """
 
     def hear(self, truth: Truth) -> None:

@@ -1,4 +1,4 @@
-"""How the caregiver moves: where it is after some steps on its way to each place, round a child that stands still."""
+"""The planner's motion model: the caregiver's position after some steps to a place, round a child that stands still."""
 
 from __future__ import annotations
 
@@ -12,40 +12,39 @@ from caregiver_mj.plans.cell_graph import UNREACHABLE
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.routes import RouteTables
 
-_ROUNDING = 1e-6  # of a step
-_LEAST = 0.05  # probability; smaller shares of a step count as none, for tables take twice as long with them
-_PATIENCE = 4  # timesteps after which a child is expected to have left the only way
+_ROUNDING = 1e-6  # steps; tolerance for sums of step times
+_LEAST = 0.05  # probability; a smaller share of a step counts as none, which halves the time to compute tables
+_PATIENCE = 4  # timesteps; assumed wait until a child that bars the only way has left it
 
 
 @functools.lru_cache(maxsize=8)
 def motion(plan: FloorPlan, pace: Pace = PAPER, lookouts: tuple[int, ...] = ()) -> Motion:
-    """Return the motion through a house at a pace; made once."""
+    """Return the motion model of a house at a pace, cached."""
     return Motion(plan, pace, lookouts)
 
 
 class Motion:
-    """The caregiver's motion by the rules of `plans.routes`, the same that its world moves it by.
+    """The caregiver's motion along the routes of `plans.routes`, which its world follows, too.
 
-    The *places* are the posts (landings of stairwells, cells before gates), then the tables (any cell beside one will
-    do), then the cells of what lies on the floor, then lookouts, then `aside`, out of the child's way, and `stay`. A
-    *step* is the time in which the caregiver walks one cell.
+    *Places* are numbered: posts (landings of stairwells, cells before gates), tables (any cell beside one), cells of
+    things on the floor, lookouts, `aside` (out of the child's way) and `stay`. A *step* is the time to walk one cell.
 
     Attributes:
-        pace: How long it takes.
-        posts: Cells from which it keeps children from each opening.
-        floor: Numbers of the places of what lies on the floor.
-        lookouts: Numbers of lookouts.
-        stands: The cells beside each table, (tables, cells beside one), filled up with the first of them.
-        aside: Number of that place; that of `stay` is the next one.
-        distance: Steps to every place, `UNREACHABLE` where the child bars the way, (aside + 1, C, R): by the child's
-            cell and the caregiver's. A cell beside the child takes more than one.
-        around: The cells north, east, south and west of every cell, -1 for want of one, (4, R).
-        enters: Steps from there into each cell, infinite where it cannot be entered for a wall or the child, (C, 4, R).
-        turn: Steps that it makes in a timestep to come. It is thought to set off in each: were it thought to be on its
-            way, it would rather set off later.
-        open_distance: Steps to every place before `aside` if there is no child, (aside, R).
-        end: The cell in which the way to every place before `aside` ends if there is no child, (aside, R).
-        nearest: Which of the cells beside each table is the nearest, a number among `stands`, (tables, R).
+        pace: Durations of the caregiver's actions.
+        posts: Cell from which the caregiver blocks each opening.
+        floor: Place numbers of things on the floor.
+        lookouts: Place numbers of lookouts.
+        stands: Cells beside each table, (tables, most cells beside one), padded with the first.
+        aside: Place number of `aside`; `stay` is the next one.
+        distance: Steps to every place, by the cells of child and caregiver, `UNREACHABLE` where the child bars the way,
+            (aside + 1, C, R). Entering a cell near the child takes longer (`Pace.beside`).
+        around: Cells north, east, south and west of every cell, -1 for none, (4, R).
+        enters: Steps to enter each cell from those, infinite where a wall or the child prevents it, (C, 4, R).
+        turn: Steps walked in a future timestep. Each is charged `Pace.start`: otherwise a later departure would seem
+            cheaper.
+        open_distance: Steps to every place before `aside` without a child, (aside, R).
+        end: Cell that the route to every place before `aside` ends in without a child, (aside, R).
+        nearest: Index of the nearest of each table's `stands`, (tables, R).
     """
 
     def __init__(self, plan: FloorPlan, pace: Pace = PAPER, lookouts: tuple[int, ...] = ()):
@@ -80,7 +79,7 @@ class Motion:
         self.end = np.array([np.array(goal)[apart[goal].argmin(axis=0)] for goal in goals]).reshape(-1, cells)
 
     def _steps(self, moves: np.ndarray) -> np.ndarray:
-        """Return how many steps so many moves to every place take while the child stands still, alike."""
+        """Return the steps that moves to every place take while the child stands still; both (places, C, R)."""
         if not self.pace.beside:
             return moves
         steps = moves.astype(np.float32)
@@ -92,10 +91,12 @@ class Motion:
     def walk(
         self, place: np.ndarray | int, child: np.ndarray, cell: np.ndarray, left: np.ndarray | float
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return where it is on the way to a place after the steps that are left: (...) each, as all that is given.
+        """Return the caregiver's position after `left` steps towards a place; arguments and results are (...).
 
-        That is a cell, or the next one with the probability that is returned with it: the time spent on it over the
-        time needed. Were one that is not reached in time never reached, it would never walk past a child.
+        Returns:
+            The cell reached, the next cell, and the probability of having reached the latter: the share of its time
+            that has passed. Without this share the caregiver would never pass a child, where a step outlasts a
+            timestep.
         """
         place, child, here, left = np.broadcast_arrays(place, child, cell, np.asarray(left, float))
         for _ in range(math.ceil(self.pace.cells)):
@@ -109,11 +110,11 @@ class Motion:
     def waits(
         self, child: np.ndarray, cell: np.ndarray, left: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return each cell to which it can come by the child's next move, in `left` steps, from n states, (n,) each.
+        """Return the cells that the caregiver can reach by the child's next move, in `left` steps; arguments are (n,).
 
         Returns:
-            The state, the cell, the one before that on the way, and the probability that it is in the former by then
-            and not still in the latter: (m,) each.
+            The state (0 to n - 1), the cell, its predecessor on the way, and the probability of being in the cell and
+            not yet in the predecessor: (m,) each.
         """
         time = np.full((len(cell), self.around.shape[1]), np.inf)
         np.put_along_axis(time, cell[:, None], 0.0, axis=1)
@@ -132,12 +133,11 @@ class Motion:
     def fetch(
         self, table: np.ndarray | int, child: np.ndarray, cell: np.ndarray, left: np.ndarray | float
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return what comes of going for the candle on a table until the child's next move, in `left` steps.
+        """Return the progress of fetching a table's candle by the child's next move, in `left` steps; all are (n,).
 
         Returns:
-            The probability that it has got the candle by then, the time left for that over the time needed; the cell in
-            which it is by then or, if it has got it, in which it has been when it did; and the steps that are left
-            after that if it is certain: (n,) each, as all that is given.
+            The probability that the candle is in the hand (time left for taking it over time needed); the cell of the
+            caregiver, or from which it took the candle; and the steps left after a certain take.
         """
         place = len(self.posts) + np.asarray(table)
         rest = left - self.distance[place, child, cell].astype(float)
@@ -147,9 +147,9 @@ class Motion:
         return got, np.where(share > 0.5, then, here), np.maximum(rest - self.pace.get, 0.0)
 
     def carry(self, stand: np.ndarray, table: np.ndarray, child: np.ndarray, left: np.ndarray) -> np.ndarray:
-        """Return how many moves a child makes until a candle has been carried to a table, (n,), or of any shape.
+        """Return the number of the child's moves until a candle has been put down on a table; all are (...).
 
-        The caregiver took it in the cell `stand`, with the child in its own, and `left` steps before the child's move.
+        The caregiver took it in cell `stand`, `left` steps before the next move of the child.
         """
         place = len(self.posts) + table
         distance = self.distance[place, child, stand].astype(float)
@@ -157,24 +157,23 @@ class Motion:
         return self.timesteps(np.where(distance == UNREACHABLE, wait, distance) + self.handling, left)
 
     def timesteps(self, steps: np.ndarray | float, left: np.ndarray | float) -> np.ndarray:
-        """Return how many moves a child makes in some steps of the caregiver, with so many left before the first."""
+        """Return the number of the child's moves in `steps` of the caregiver, with `left` steps before the first."""
         return np.maximum(0, np.ceil((steps - left) / self.pace.cells - _ROUNDING)).astype(int)
 
     @functools.cached_property
     def longest(self) -> int:
-        """The most moves of a child that carrying a candle can take."""
+        """Upper bound of the child's moves while a candle is carried."""
         far = self.open_distance[len(self.posts) : self.floor.start].max(initial=0)
         return int(self.timesteps(far + _PATIENCE * self.pace.cells + self.handling, 0.0))
 
     def picks_up(self, place: int, child: np.ndarray, cell: np.ndarray, left: np.ndarray | float) -> np.ndarray:
-        """Return what comes of going for what lies in a place of `floor` until the child's next move, in `left` steps.
+        """Return whether the caregiver begins to pick up a thing by the child's next move, in `left` steps, (n,).
 
-        Returns:
-            Whether it has begun to pick it up by then, (n,), as all that is given.
+        The place is one of `floor`. At least one step of the pick-up, or all of a shorter one, must be done by then.
         """
         return left - self.distance[place, child, cell] - min(1.0, self.pace.pick_up) > -_ROUNDING
 
     @property
     def handling(self) -> float:
-        """Steps lost on the way with a candle in the hand, and on the way there before it."""
+        """Steps to put a candle down, and lost by starting twice: towards the candle, and with it."""
         return self.pace.place + 2 * self.pace.start

@@ -1,4 +1,4 @@
-"""The numbers of the planner's options, in one table and one order, as `Hazards` is for hazards."""
+"""Numbering of the planner's options."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from caregiver_mj.plans.hazards import NOTHING
 
 
 class OptionIndex:
-    """Which number each option has: those of one kind follow each other, and kinds do in the order below.
+    """Number of each option. Options of a kind are contiguous; kinds are in the order below.
 
     Attributes:
-        stairs: To block each stairwell or close its gate, a slice, as all that are several.
-        aside: To stand aside.
-        stay: To stay.
-        relocations: To relocate each candle.
-        pick_ups: To pick up each thing on the floor.
-        looks: To look from each lookout.
-        waits: To wait in each cell.
-        stairwells, candles, things, lookouts, cells: How many there are of each.
+        stairs: Block each stairwell or close its gate, a slice, as are all plurals.
+        aside: Stand aside.
+        stay: Stay.
+        relocations: Relocate each candle.
+        pick_ups: Pick up each thing from the floor.
+        looks: Look from each lookout.
+        waits: Wait in each cell.
+        stairwells, candles, things, lookouts, cells: Number of each.
     """
 
     def __init__(self, stairwells: int, candles: int, things: int, lookouts: int, cells: int):
@@ -35,17 +35,17 @@ class OptionIndex:
         return self.waits.stop
 
     def hazard(self, option: np.ndarray) -> np.ndarray:
-        """Return the numbers of the hazards that options are about; NOTHING for those about none."""
-        idle = self.stay + 1 - self.aside  # options between those of stairwells and those of other hazards
+        """Return the number of each option's hazard, NOTHING for options without one."""
+        idle = self.stay + 1 - self.aside  # options between stairwells and other hazards
         on_tables_and_floor = np.where((option > self.stay) & (option < self.pick_ups.stop), option - idle, NOTHING)
         return np.where(option < self.aside, option, on_tables_and_floor)
 
     def of_hazards(self, values: np.ndarray, others: float | bool) -> np.ndarray:
-        """Return values of options, (W, options), by those of hazards, (W, hazards), and one for all other options."""
+        """Return values by option, (W, options), from values by hazard, (W, hazards), and one value for all others."""
         hazard = self.hazard(np.arange(len(self)))
         return np.where(hazard == NOTHING, others, np.pad(values, ((0, 0), (0, 1)))[:, hazard])
 
     @staticmethod
     def among(options: slice, option: np.ndarray) -> np.ndarray:
-        """Return the numbers of options among some of the slices above; NOTHING for those that are not in it."""
+        """Return the positions of options within a slice, NOTHING for options outside of it."""
         return np.where((option >= options.start) & (option < options.stop), option - options.start, NOTHING)

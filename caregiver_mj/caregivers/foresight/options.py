@@ -1,4 +1,4 @@
-"""What can be done, and what is then to be expected: of a child that is seen, or of one that may be in many cells."""
+"""The planner's options and their expected damage, with children seen, or unseen and possibly in many cells."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from caregiver_mj.caregivers.foresight.value_table import ValueTable
 from caregiver_mj.caregivers.percept import Percept, bare_tables
 from caregiver_mj.plans.hazards import NOTHING
 
-_CASES = 12  # cells in which a child that is not seen is thought to be at most, ...
-_LEAST = 0.05  # ... and how probable each is at least, as a share of the most probable one
-_MOST = 1e4  # damage, for what cannot be done
-_SUMMED = ("going", "carried", "lying", "then")  # what `Sums` add up
+_CASES = 12  # most cells considered for an unseen child
+_LEAST = 0.05  # least probability of each, relative to the most probable cell
+_MOST = 1e4  # damage; replaces that of impossible options in sums
+_SUMMED = ("going", "carried", "lying", "then")  # fields of `Sums` that are added up over cases and children
 
 
 @dataclasses.dataclass(frozen=True)
 class Options:
-    """Everything that can be done in W worlds, and what is then to be expected.
+    """The options in W worlds.
 
     Attributes:
-        damage: Expected damage to come, (W, options), in the order of `OptionIndex`; infinite for what cannot be done,
-            such as to wait in a cell that it does not come to by the child's next move.
-        table: The best table for each candle, (W, candles), or NOTHING if none is bare.
+        damage: Expected damage to come, (W, options), in the order of `OptionIndex`; infinite for impossible options,
+            such as waiting in a cell out of reach before the child's next move.
+        table: Best destination of each candle, (W, candles), or NOTHING if no table is bare.
     """
 
     damage: np.ndarray
@@ -38,12 +38,12 @@ class Options:
 
 @dataclasses.dataclass(frozen=True)
 class Cases:
-    """Where one child may be: N cases in W worlds, at least one in each.
+    """Possible cells of one child: N cases in W worlds, at least one in each.
 
     Attributes:
-        which: The world of each case, (N,), in order.
+        which: World of each case, (N,), in order.
         cell: The child's cell, (N,).
-        wants: Probability that it is there, by what it may want, (N, J); it sums to 1 over the cases of a world.
+        wants: Probability of each case, goal and epsilon, (N, J); it sums to 1 over the cases of a world.
     """
 
     which: np.ndarray
@@ -52,9 +52,9 @@ class Cases:
 
     @classmethod
     def likely(cls, belief: np.ndarray, possible: np.ndarray) -> Cases:
-        """Return the most probable ones, `_CASES` in each world, by the belief in each, (W, cells, G, E).
+        """Return the most probable cells, at most `_CASES` a world, by the belief, (W, cells, G, E).
 
-        The goals and epsilons that are possible are numbers g E + e, (J,).
+        `possible` are the numbers g E + e of the possible goals and epsilons, (J,).
         """
         presence = belief.sum(axis=(2, 3))
         most = min(_CASES, presence.shape[1])
@@ -67,28 +67,29 @@ class Cases:
         return cls(which, cell, wants.astype(np.float32))
 
     def each_world(self, values: np.ndarray, combine: np.ufunc = np.add) -> np.ndarray:
-        """Combine the values of all cases, (N, ...), of every world, (W, ...); by default add them up."""
+        """Combine values by case, (N, ...), into values by world, (W, ...); by default add them up."""
         return combine.reduceat(values, np.flatnonzero(np.diff(self.which, prepend=-1)))
 
 
 @dataclasses.dataclass(frozen=True)
 class Sums:
-    """What is to be expected of children in N cases, added up. A case is a world, and where a child may be in it.
+    """Expected damage of the options in N cases, summed over children.
 
     Attributes:
-        values: The planner's tables.
-        motion: How the caregiver moves.
-        which: The world of each case, (N,), in order.
-        percept: What is seen.
-        worlds: The indices of the worlds in that, (W,).
-        index: The numbers of the options.
-        going: Damage to come by what the caregiver does now and by the candles that are planned for, (N, options,
-            groups of candles).
-        carried: The same if a candle is in the hand by the child's next move, (N, candles, bare tables, groups).
+        values: Value table for the present gates.
+        motion: Motion model.
+        which: World of each case, (N,), in order.
+        percept: Observation of all worlds.
+        worlds: Indices of the W worlds in the percept, (W,).
+        index: Numbering of the options.
+        going: Damage to come of each option, by the group of candles planned for, (N, options, groups).
+        carried: Damage to come of each relocation if the candle is in the hand by the child's next move, (N, candles,
+            bare tables, groups).
         got: Probability that it is, (N, candles).
-        near: Whether it reaches each cell by then, bool (N, R).
+        near: Whether the caregiver can reach each cell by then, bool (N, R).
         lying: Damage to come of each thing on the floor if it is left there, (N, things).
-        then: By how much it is more to pick up one thing after another, (N, things, things, groups).
+        then: Damage added by a thing (third axis) that is picked up after another (second axis), (N, things, things,
+            groups).
     """
 
     values: ValueTable
@@ -106,7 +107,7 @@ class Sums:
 
     @classmethod
     def zeros(cls, values: ValueTable, motion: Motion, which: np.ndarray, percept: Percept, worlds: np.ndarray) -> Sums:
-        """Expect nothing yet."""
+        """Return sums over no children."""
         count, candles, things = len(which), percept.candle_table.shape[1], len(motion.floor)
         groups = math.comb(candles, values.layouts.candles)
         cells = motion.around.shape[1]
@@ -128,14 +129,14 @@ class Sums:
         )
 
     def add(self, cases: Cases) -> None:
-        """Add what is to be expected of a child in each case."""
+        """Add the expected damage from one child."""
         here, belief = cases.cell, cases.wants
         values, motion, index, candles = self.values, self.motion, self.index, self.index.candles
         worlds = self.worlds[self.which]
         cell, tables = self.percept.caregiver_cell[worlds], self.percept.candle_table[worlds]
         left = np.ones(len(worlds)) if self.percept.time_left is None else self.percept.time_left[worlds]
         left = left * motion.pace.cells
-        # Every choice of as many candles as are planned for at a time; the others are thought to stay for ever.
+        # Groups of candles planned for at a time; candles outside of the group are assumed never to move.
         groups = list(itertools.combinations(range(candles), values.layouts.candles))
         chosen = np.array(groups, int).reshape(len(groups), values.layouts.candles)
         layout = values.layouts.now(tables[:, chosen])  # (N, groups)
@@ -156,7 +157,7 @@ class Sums:
         for thing in range(index.things):
             option = index.pick_ups.start + thing
             self.going[:, option] += np.einsum("wgs,ws->wg", values.picking_up(thing, layout, here, cell, left), belief)
-        # What is to come on the way, and from when a candle is in the hand if it is by the child's next move.
+        # Damage of relocations: on the way to the candle, and with the candle in the hand by the child's next move.
         for candle, source in enumerate(tables.T):
             got, there, rest = motion.fetch(source, here, cell, left)
             in_hand = got == 1.0
@@ -175,7 +176,7 @@ class Sums:
     def _wait(
         self, layout: np.ndarray, child: np.ndarray, cell: np.ndarray, left: np.ndarray, belief: np.ndarray
     ) -> None:
-        """Add what is to be expected with the caregiver in each cell by the child's next move."""
+        """Add the expected damage with the caregiver in each cell at the child's next move."""
         state, there, before, share = self.motion.waits(child, cell, left)
         near = np.zeros(self.near.shape, bool)
         near[state, there] = True
@@ -185,22 +186,22 @@ class Sums:
         self.going[state, self.index.waits.start + there] += np.einsum("mgs,ms->mg", found, belief[state])
 
     def by_world(self, cases: Cases) -> Sums:
-        """Return what is to be expected of a child in each world, by that in each case."""
+        """Return sums by world, from those by case."""
         sums: dict[str, Any] = {name: cases.each_world(getattr(self, name)) for name in _SUMMED}
-        near = cases.each_world(~self.near) == 0  # in each case
+        near = cases.each_world(~self.near) == 0  # reachable in every case
         got = cases.each_world(self.got, np.minimum)
         return dataclasses.replace(self, which=np.unique(self.which), got=got, near=near, **sums)
 
     def plus(self, other: Sums) -> Sums:
-        """Return what is to be expected of all children, by that of some and others in each world."""
+        """Return sums over the children of both operands, which are by world."""
         sums: dict[str, Any] = {name: getattr(self, name) + getattr(other, name) for name in _SUMMED}
         got, near = np.minimum(self.got, other.got), self.near & other.near
         return dataclasses.replace(self, got=got, near=near, **sums)
 
     def ends(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return to which cell each option takes the caregiver, and after how many moves of a child, (W, options)."""
+        """Return the cell that each option ends in, and the number of a child's moves until then, (W, options) each."""
         motion, index, cell = self.motion, self.index, self.percept.caregiver_cell[self.worlds][:, None]
-        place = np.full((len(cell), len(index)), NOTHING)  # to stand aside is taken for staying
+        place = np.full((len(cell), len(index)), NOTHING)  # standing aside counts as staying
         place[:, index.stairs] = range(index.stairwells)
         place[:, index.relocations] = index.stairwells + self.percept.candle_table[self.worlds]
         place[:, index.pick_ups] = motion.floor
@@ -213,7 +214,7 @@ class Sums:
         return ends, moves
 
     def options(self) -> Options:
-        """Return what can be done in each case, and the best tables for it."""
+        """Return the options of each case, with the best destinations."""
         worlds, motion = self.worlds[self.which], self.motion
         tables, index = self.percept.candle_table[worlds], self.index
         bare = np.nonzero(bare_tables(tables, len(motion.stands)))[1].reshape(len(tables), -1)
@@ -221,7 +222,7 @@ class Sums:
         lying = self.lying * ~gone
         all_left = lying.sum(axis=1, keepdims=True)
         going = self.going.copy()
-        # Of the other things those are picked up after one for which that is better than to leave them.
+        # After one thing, each other thing is picked up or left, whichever is better.
         going[:, index.pick_ups] += np.minimum(self.then, lying[:, None, :, None]).sum(axis=2) - all_left[..., None]
         damage = going.min(axis=2) + all_left
         damage[:, index.pick_ups][gone] = np.inf
@@ -236,24 +237,24 @@ class Sums:
 
 
 def regret(parts: Sequence[tuple[Cases, Sums]], seen: np.ndarray, timesteps: int) -> np.ndarray:
-    """Return what not knowing where children are costs with each option: its value of information, the other way round.
+    """Return the expected cost of not seeing children: the negative value of information, (W, options), in damage.
 
-    With every move of a child that it does not see the caregiver does what is best on an average, and not what would
-    be best where the child is: that much it regrets. It does so for so many timesteps, seeing what is seen from where
-    it is now, and from where the option takes it once it is there.
+    At each move of an unseen child the caregiver takes the option that is best on average over the child's possible
+    cells, not the best for its actual cell. The difference in damage, its regret, counts for a number of timesteps:
+    with the present view until the option has taken the caregiver to its place, then with the view from there.
 
-    The parts are where each child may be, and what is then to be expected, in the same W worlds. Free cells are seen
-    from each of the caregiver's, bool (caregiver cells, free cells). What is returned is damage, (W, options).
+    `parts` are cases and expected damage of each child, in the same W worlds; `seen` tells whether each free cell is
+    visible from each of the caregiver's, bool (caregiver cells, free cells).
     """
     _, one = parts[0]
     place, moves = one.ends()
     moves = np.minimum(moves, timesteps)
-    decisions = one.index.looks.start  # to look is to put one off
+    decisions = one.index.looks.start  # looks and waits are not among them: a look puts a decision off
     each = [np.minimum(sums.options().damage[:, :decisions], _MOST) for _, sums in parts]
     means = [cases.each_world(damage) for (cases, _), damage in zip(parts, each, strict=True)]
     regrets = np.zeros(place.shape)
     for (cases, _), damage, mean in zip(parts, each, means, strict=True):
-        others = sum(means) - mean  # what is to be expected of the other children, wherever this one is
+        others = sum(means) - mean  # expected damage from the other children
         damage = damage + cases.wants.sum(axis=1)[:, None] * others[cases.which]
         hidden = ~seen[place[cases.which], cases.cell[:, None]]  # (N, options)
         done = cases.each_world(hidden[:, :, None] * damage[:, None]).min(axis=2)
@@ -264,6 +265,6 @@ def regret(parts: Sequence[tuple[Cases, Sums]], seen: np.ndarray, timesteps: int
 
 
 def first_of_least(damage: np.ndarray) -> np.ndarray:
-    """Return the first of the least along the last axis; numbers that only rounding tells apart count as equal."""
-    least = damage.min(axis=-1, keepdims=True)  # by rounding it may be a little below 0
+    """Return the first index of the least value along the last axis; rounding differences count as equal."""
+    least = damage.min(axis=-1, keepdims=True)  # rounding can make it slightly negative
     return (damage <= least + 1e-5 * np.abs(least)).argmax(axis=-1)

@@ -1,24 +1,22 @@
-"""Value table: the damage to come for every cell of the child, cell of the caregiver and layout of the candles.
+"""Value table: the expected damage to come for every cell of the child, cell of the caregiver and layout of candles.
 
 The state of the decision process is the child (cell, toy bin, epsilon: `danger.chain`), the caregiver's cell and the
-layout. In a timestep the child moves, then the caregiver goes on to one of its places (a landing, a gate, a table with
-a candle, aside), by the routes that its world moves it by, or to any cell that it reaches meanwhile, to wait there. It
-may think better of it in the next timestep.
-What the child does depends on the caregiver: a move into it leaves the child where it is, and costs a price. Only while
-a candle is in the hand, for the few timesteps that it takes to put it down, is the child thought to walk on regardless,
-though the price of what it is denied meanwhile is counted.
+layout. In each timestep the child moves; then the caregiver goes towards one of its places (a landing, a gate, a table
+with a candle, aside) along the routes of its world, or waits in any cell that it reaches meanwhile. It chooses anew in
+every timestep.
 
-A gate that has been closed stays so: each set of closed gates has a table of its own, and what is to come once one more
-is closed is known before a table is worked out.
+The caregiver affects the child: a move into its cell leaves the child where it is, at a price. While a candle is in the
+hand, for a few timesteps, the child is assumed to walk on regardless; the price of its denied moves still counts.
 
-What lies on the floor is in no table, for there would have to be twice as many with each such thing. Instead one step
-of policy improvement is made over leaving all of it where it is for ever. What a thing does if it is left is its
-damage, discounted to the child's first passage into its cell with nobody in its way. What comes of picking it up is the
-value of a fixed policy: to go straight there, whatever the child does; once that is done, or the child has taken the
-thing, the table holds. Then the other things follow that are worth the way from there: each is counted as if it were
-the only one, and as if the child had not moved meanwhile.
+A closed gate stays closed. Each set of closed gates has its own table, computed after those with one more gate closed.
 
-The values are found by value iteration (Bellman 1957; Puterman 1994, chapter 6).
+Things on the floor are in no table: each would double its size. Instead one step of policy improvement starts from
+leaving all of them for ever. A thing that is left costs its damage, discounted to the child's first passage into its
+cell with nobody in the way. Picking it up has the value of a fixed policy: go straight there, whatever the child does.
+Once it is picked up, or taken by the child, the table holds. Other things that are worth the way follow, each evaluated
+as if it were the only one and the child had not moved meanwhile.
+
+Values are found by value iteration (Bellman 1957; Puterman 1994, chapter 6).
 """
 
 from __future__ import annotations
@@ -41,35 +39,35 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, Where
 
-# States of all tables, layouts of each: where there are more, fewer candles are planned for at a time.
+# Most states of all tables, and layouts of each; beyond, fewer candles are planned for at a time.
 LARGEST, LAYOUTS = 40_000_000, 128
-MOST_TABLES = 63  # a bit each in a layout's number
-GATES = 3  # where there are more, it is not planned at all
-# Shares of the damage to a child alone to begin the iteration with: about what is left of it.
-# of falls and candles, and of bare tables: if it may wait in any cell, and so in front of tables; and if it may not.
+MOST_TABLES = 63  # bits in an int64, the number of a layout
+GATES = 3  # with more gates there is no plan
+# Initial values as shares of a lone child's damage, about the final ones: of falls and candles, and of bare tables. By
+# `waits`: who may wait in any cell can also keep a child from bare tables.
 _BEGIN = {True: (0.03, 0.8), False: (0.05, 1.0)}
-_NEVER = 1e9  # damage of what cannot be done; finite, for beliefs of zero are multiplied with it
-_STILL = 0.0001  # damage: values that change by no more in a sweep are taken to have settled
-_EVERY = 3  # sweeps after which what comes of carrying a candle is brought up to date
-_REMADE = ("plan", "motion", "_rows", "_steps", "_child", "_cell")  # not in the file of a table
-Tables = dict[frozenset[int], "ValueTable"]  # by the openings whose gates are shut
-# Where a timestep takes the caregiver: rows of values, (n,); from some of these, (m,), it may come on to others, (m,),
-# with a probability, (m, 1).
+_NEVER = 1e9  # damage of the impossible; finite because it is multiplied by beliefs of zero
+_STILL = 0.0001  # damage; a state whose value changes by no more in a sweep has converged
+_EVERY = 3  # sweeps between updates of the values of carried candles
+_REMADE = ("plan", "motion", "_rows", "_steps", "_child", "_cell")  # attributes left out of a table's file
+Tables = dict[frozenset[int], "ValueTable"]  # by the set of openings with shut gates
+# The caregiver's motion in a timestep, as rows of values: the row that follows each, (n,); indices of uncertain ones,
+# (m,), which lead on to another row, (m,), with a probability, (m, 1).
 _Rows = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
-_Fetched = list[tuple["_Fetch", np.ndarray]]  # of each table, and `_Fetch.best` of it
+_Fetched = list[tuple["_Fetch", np.ndarray]]  # for each table, with the result of `_Fetch.best`
 
 
 @dataclasses.dataclass(frozen=True)
 class Objective:
-    """What is to be least: discounted damage, and what the child is denied.
+    """The planner's objective: discounted damage and the price of denied moves, to be minimised.
 
     Attributes:
-        discount: Of damage, a timestep.
-        price: Of a denied move of the child's towards its toy bin, in damage.
-        random_price: Of a denied move that it makes at random, or towards anything else.
-        sweeps: Of value iteration, at most.
-        tolerance: Standard deviation of the changes by a sweep over all states of a kind of child, in damage, below
-            which it ends. What is added to all alike changes no decision.
+        discount: Discount of damage a timestep.
+        price: Damage equivalent of a denied move towards the child's toy bin.
+        random_price: Damage equivalent of a denied move at random or towards anything else.
+        sweeps: Most sweeps of value iteration.
+        tolerance: Damage; iteration ends once the changes in a sweep have a smaller standard deviation over the states
+            of a child's kind. A change common to all states alters no decision.
     """
 
     discount: float = 0.985
@@ -84,17 +82,17 @@ OBJECTIVE = Objective()
 
 @dataclasses.dataclass(frozen=True)
 class _Fetch:
-    """Where a table's candle is in the hand after some steps, and what can then be done with it.
+    """The states in which a table's candle can be in the hand after a timestep, and the values of carrying it on.
 
-    Many states of child and caregiver come to the same stand with the same time left: n states to m of those.
+    Many of these n states have the same child's cell, caregiver's cell and time left: m distinct combinations.
 
     Attributes:
-        rows: Those states, (n,), as rows of `ValueTable.value`.
-        unsure: Which of them may not come to it, (k,).
-        probability: That these do, (k, 1).
-        which: To which of the m each of them comes, (n,).
-        numbers: Rows of `ValueTable._ahead`, by the tables to which it can be carried, (layouts there, bare, m).
-        meanwhile: Damage and price until it is put down, (layouts there, bare, m, J).
+        rows: The states as rows of `ValueTable.value`, (n,).
+        unsure: Indices of states with a probability below 1, (k,).
+        probability: Probability that the candle is in the hand there, (k, 1).
+        which: Combination of each state, (n,).
+        numbers: Rows of `ValueTable._ahead` by destination table, (layouts there, bare, m).
+        meanwhile: Damage and price until the candle is put down, (layouts there, bare, m, J).
     """
 
     rows: np.ndarray
@@ -105,13 +103,13 @@ class _Fetch:
     meanwhile: np.ndarray
 
     def best(self, ahead: np.ndarray) -> np.ndarray:
-        """Return what is to come if it is put down where that is best, (layouts there, m, J)."""
+        """Return the damage to come with the best destination, (layouts there, m, J)."""
         by_layout = zip(self.numbers, self.meanwhile, strict=True)
         return np.stack([(ahead.take(some, axis=0) + more).min(axis=0) for some, more in by_layout])
 
 
 def candles_at_a_time(plan: FloorPlan) -> int:
-    """Return for how many candles at a time a house can be planned; -1 if it is too large even for none."""
+    """Return the number of candles that can be planned for at a time; -1 if the house is too large even for none."""
     if len(plan.mouths) > GATES:
         return -1
     states = len(plan.free_cells) * len(_possible(child_chain(plan))) * len(plan.caregiver_cells) << len(plan.mouths)
@@ -122,9 +120,9 @@ def candles_at_a_time(plan: FloorPlan) -> int:
 
 
 def costs(plan: FloorPlan) -> tuple[float, float, float]:
-    """Return what a fall, a bump into a bare table, and more than that one into what stands on a table cost.
+    """Return the damage of a fall, of a bump into a bare table, and the additional damage of a thing on the table.
 
-    Hazards in one place count as if each were the worst of them.
+    Several kinds of hazard at openings, or on tables, all count as the worst of them.
     """
     falls, things = (plan.hazards.worst(where) for where in (Where.OPENING, Where.ON_TABLE))
     bare = plan.damage[TABLE.name]
@@ -133,7 +131,7 @@ def costs(plan: FloorPlan) -> tuple[float, float, float]:
 
 @functools.lru_cache(maxsize=2)
 def _entries(plan: FloorPlan, discount: float) -> np.ndarray:
-    """Return the discount of the child's first move into the cell of each thing on the floor, (C, things, J)."""
+    """Return the expected discount of the first move into the cell of each thing on the floor, (C, things, J)."""
     chain = child_chain(plan)
     cells, goals, epsilons = chain.shape
     found = discounted_entry(chain, plan.floor_cells, discount)
@@ -142,7 +140,7 @@ def _entries(plan: FloorPlan, discount: float) -> np.ndarray:
 
 
 def _possible(chain: ChildChain) -> np.ndarray:
-    """Return the numbers g E + e of the goals and epsilons that a child can have, (J,)."""
+    """Return the numbers g E + e of the goals and epsilons with a positive prior, (J,)."""
     return np.flatnonzero(chain.prior)
 
 
@@ -150,9 +148,9 @@ def _possible(chain: ChildChain) -> np.ndarray:
 def value_tables(
     plan: FloorPlan, pace: Pace = PAPER, objective: Objective = OBJECTIVE, *, waits: bool = True
 ) -> Tables:
-    """Return the value tables of a house at a pace of the caregiver, by which gates are shut; made once.
+    """Return the value tables of a house at a pace of the caregiver, by the set of shut gates; cached.
 
-    With `waits` it may wait in any cell, else only where it has something to do, aside, and where it is.
+    With `waits` the caregiver may wait in any cell, else only at its places and where it is.
     """
     make = functools.partial(_made, plan, pace, objective, waits)
     tables = cached(repr((plan, pace, objective, KINDS, LAYOUTS)), make) if waits else make()
@@ -175,19 +173,18 @@ class ValueTable:
 
     Attributes:
         plan: The house.
-        motion: How the caregiver moves.
-        layouts: The layouts of the candles that are planned for at a time.
-        possible: The goals and epsilons that a child can have, as numbers g E + e, (J,).
-        value: The damage, (layouts, C R, J): by layout, by the cells of child and caregiver, c R + r, and by what is
-            possible.
+        motion: Motion model.
+        layouts: Layouts of the candles that are planned for at a time.
+        possible: Numbers g E + e of the possible goals and epsilons, (J,).
+        value: Damage to come, (layouts, C R, J); the cells of child and caregiver have row c R + r.
         staying: Damage of a candle that stays on each table for ever, beyond that of a bare table, (C, tables, J).
         taken: Damage to come of each thing on the floor if it is left there, (C, things, J).
-        going: Damage to come, as `value`, if the caregiver goes to pick a thing up, for each, with that of the thing.
-        picked: The same from when it begins to, for each, (layouts, C, J).
-        others: By how much it is more than that of the table to go from the cell of each thing for each other one,
+        going: For each thing, damage to come on the way to pick it up, its own included, as `value`.
+        picked: For each thing, the same at the beginning of the pick-up, (layouts, C, J).
+        others: Damage added by one more thing (second axis) if the caregiver goes for it from the cell of another,
             (things, things, layouts, C, J).
-        closed: For each gate that is shut what was to come when the caregiver, before it, began to close it as the last
-            one, (layouts, C, J).
+        closed: For each shut gate, damage to come when the caregiver begins to close it as the last one, (layouts, C,
+            J).
     """
 
     def __init__(
@@ -200,9 +197,9 @@ class ValueTable:
         *,
         waits: bool = True,
     ):
-        """Work it out, for openings whose gates are shut, by their numbers. `waits` is that of `value_tables`.
+        """Compute the table for openings whose gates are shut; see `value_tables` for `waits`.
 
-        The tables are those in which one more gate is shut, by theirs; without one, that gate is never closed.
+        `tables` are those with one more gate shut. A gate without one is never closed.
         """
         self.plan, self.motion, self._objective, self._waits = plan, motion(plan, pace), objective, waits
         chain = child_chain(plan)
@@ -221,8 +218,8 @@ class ValueTable:
         by_table = (self._cells, self._states, len(plan.tables))
         self.staying = (more * forever[:, stairwells:]).reshape(by_table).swapaxes(1, 2).astype(np.float32)
         self.layouts = AllLayouts(len(plan.tables), candles_at_a_time(plan))
-        self._candle = np.asarray(more * hits[:, stairwells:], np.float32)  # of the next move, (states, tables)
-        self._open = (hits @ harm).astype(np.float32)  # likewise of all else, if nobody is in the way
+        self._candle = np.asarray(more * hits[:, stairwells:], np.float32)  # damage of the next move, (states, tables)
+        self._open = (hits @ harm).astype(np.float32)  # the same of all else, with nobody in the way
         self._alone = _single(objective.discount * chain.transition[among][:, among])
         self._ahead = np.empty(0)  # see `_arrive`
         self._lying = plan.hazards.split(plan.hazards.damage)[2].astype(np.float32)
@@ -231,31 +228,31 @@ class ValueTable:
         self.picked: list[np.ndarray] = []
         self.value = self._solve(chain, (forever @ left).astype(np.float32).reshape(self._cells, 1, self._states), shut)
 
-    # A file holds neither what others have as well, nor what is soon worked out, which is most of it.
+    # A file leaves out what is shared or quickly recomputed, which is most of a table.
 
     def __getstate__(self) -> dict[str, Any]:
         kept = {name: value for name, value in vars(self).items() if name not in _REMADE}
         return kept | {"_ahead": self._ahead.shape}
 
     def attach(self, plan: FloorPlan, pace: Pace) -> None:
-        """Complete a table that comes from a file."""
+        """Complete a table from a file."""
         if isinstance(self._ahead, tuple):
             self.plan, self.motion, self._ahead = plan, motion(plan, pace), np.zeros(self._ahead, np.float32)
             self._arrive(self.value)
 
-    # -- What to expect --------------------------------------------------------------------------
+    # -- Queries ---------------------------------------------------------------------------------
 
     def at(self, layout: np.ndarray, child: np.ndarray, cell: np.ndarray) -> np.ndarray:
-        """Return the damage to come before the child's move, (..., J), by layout, child's and caregiver's cell."""
+        """Return the damage to come before the child's move, (..., J), by layout and cells of child and caregiver."""
         return self.value[layout, child * self._places + cell]
 
     def picking_up(
         self, thing: int, layout: np.ndarray, child: np.ndarray, cell: np.ndarray, left: np.ndarray
     ) -> np.ndarray:
-        """Return the damage to come if the caregiver goes for a thing on the floor, with that of the thing alone.
+        """Return the damage to come, (n, groups, J), if the caregiver goes for a thing on the floor, the only one.
 
-        It is (n, groups, J), by layout, (n, groups), the cells of child and caregiver, and the steps until the child's
-        next move, (n,) each.
+        Layouts are (n, groups); the cells of child and caregiver, and the steps left until the child's next move, are
+        (n,).
         """
         place, first = self.motion.floor[thing], child * self._places
         begun = self.motion.picks_up(place, child, cell, left)
@@ -273,11 +270,10 @@ class ValueTable:
         stand: np.ndarray,
         left: np.ndarray,
     ) -> np.ndarray:
-        """Return the damage to come from the moment in which a candle has been taken, if it is put on a table, (n, J).
+        """Return the damage to come, (n, J), after a candle has been taken from `source`, if it is put on `table`.
 
-        The layout is that before it was taken from its source, and `stand` the caregiver's cell, with so many steps
-        left until the child's next move, (n,) all. Where there is no such candle, or another one on that table, it is
-        beyond all else.
+        The layout is the one before; `stand` is the caregiver's cell, and `left` the steps until the child's next move,
+        (n,) each. Without a candle on the source, or with one on the destination, the damage is 1e9.
         """
         numbers, found = self._leg(layout, source, table, child, stand, left)
         found += self._ahead.reshape(-1, self._states).take(numbers, axis=0)
@@ -294,30 +290,30 @@ class ValueTable:
         there = np.where(share > 0.5, then, here)
         found = (moves > 0)[:, None] * self._denied[table, child * self._places + there]
         found += self._meanwhile[layout, moves, child]
-        found -= self._candle_meanwhile[moves, child, source]  # the one in the hand
+        found -= self._candle_meanwhile[moves, child, source]  # the carried candle harms nobody
         return np.ravel_multi_index(where, self._ahead.shape[:-1]), found
 
-    # -- The programme ---------------------------------------------------------------------------
+    # -- Value iteration -------------------------------------------------------------------------
 
     def _solve(self, chain: ChildChain, bare: np.ndarray, shut: frozenset[int]) -> np.ndarray:
-        """Iterate from what is about left of the damage at `bare` tables and stairs, (C, 1, J), and at candles."""
+        """Iterate from about the final damage at `bare` tables and stairs, (C, 1, J), and at candles."""
         cells, places, states = self._cells, self._places, self._states
         bears, tolerance = self.layouts.bears, self._objective.tolerance
         transition, cost, price = self._dynamics(chain)
         self._child, self._cell = np.divmod(np.arange(cells * places), places)
         self._rows = [self._walked(place) for place in range(self.motion.aside + 1)]
-        self._parts = max(1, int(self.motion.turn))  # of a timestep, in each of which it may come to the next cell
+        self._parts = max(1, int(self.motion.turn))  # of a timestep, with at most one cell each
         self._steps = [self._stepped(way) for way in range(len(self.motion.around))]
         self._denied = self._denied_meanwhile(transition, price)
         meanwhile = self._damage_meanwhile()
         self._candle_meanwhile = meanwhile[:, :, 1:]
         self._meanwhile = np.stack([meanwhile[:, :, np.concatenate([[True], bear])].sum(axis=2) for bear in bears])
         stand, child = self.motion.stands.ravel()[:, None], np.arange(cells)
-        self._most = [  # moves until a candle has been carried to each table
+        self._most = [  # most moves to carry a candle to each table
             min(int(self.motion.carry(stand, np.array(table), child, np.array(0.0)).max()), self.motion.longest)
             for table in range(len(self.motion.stands))
         ]
-        self._column = np.cumsum(bears, axis=0).T - 1  # of a layout among those with a candle on a table
+        self._column = np.cumsum(bears, axis=0).T - 1  # index of a layout among those with a candle on the table
         stay = np.einsum("ctj,lt->lcj", self.staying, bears)[:, :, None]
         value = np.broadcast_to(bare + _BEGIN[self._waits][0] * stay, (len(bears), cells, places, states))
         value = np.array(value, np.float32, order="C").reshape(len(bears), cells * places, states)
@@ -333,7 +329,7 @@ class ValueTable:
             if looks:
                 self._arrive(value)
                 fetched = [(one, one.best(self._ahead.reshape(-1, states))) for one in fetches]
-            for layout, now in enumerate(value):  # one after the other, for one fits into the processor's cache
+            for layout, now in enumerate(value):  # singly: one layout fits into the processor's cache
                 self._best(layout, now, fetched, best)
                 np.add((transition @ best.ravel()).reshape(best.shape), cost[layout], out=new[layout])
                 self._close(layout, new[layout])
@@ -355,7 +351,7 @@ class ValueTable:
     def _standing(
         self, value: np.ndarray, transition: csr_array, cost: np.ndarray, place: int, time: float
     ) -> np.ndarray:
-        """Return what is to come if the caregiver stands in a cell for some steps first, (layouts, C, J)."""
+        """Return the damage to come if the caregiver first stands in a cell for `time` steps, (layouts, C, J)."""
         for _ in range(round(time / self.motion.pace.cells)):
             value = (transition @ value.reshape(len(value), -1).T).T.reshape(value.shape) + cost
         return value.reshape(-1, self._cells, self._places, self._states)[:, :, place]
@@ -363,13 +359,13 @@ class ValueTable:
     def _pick_up(
         self, thing: int, value: np.ndarray, transition: csr_array, cost: np.ndarray, fetched: _Fetched
     ) -> None:
-        """Evaluate going straight to a thing on the floor and picking it up, by iteration."""
+        """Evaluate, by iteration, going straight to a thing on the floor and picking it up."""
         place, here = self.motion.floor[thing], self.plan.floor_cells[thing]
         picked = self._standing(value, transition, cost, here, self.motion.pace.pick_up)
         child, cell = self._child, self._cell
         has_gone, harm = child == here, np.float32(self._lying[thing] / self._objective.discount)
         alone = self.taken[:, thing].repeat(self._places, axis=0)
-        # Rows that it goes on to, beyond those of the values those in which it picks up.
+        # Following rows; those beyond the rows of `value` are pick-ups, by the child's cell.
         first, some_, then, share = self._rows[place]
         first = np.where(self.motion.picks_up(place, child, cell, self.motion.turn), len(child) + child, first)
         second, shares = first.copy(), np.zeros((len(first), 1), np.float32)
@@ -378,7 +374,7 @@ class ValueTable:
         for layout, now in enumerate(going):
             self._best(layout, value[layout], fetched, best)
             known = np.concatenate([now, picked[layout]])
-            after = best + harm  # where the child has it: then it goes on as if there had been no such thing
+            after = best + harm  # once the child has it, the thing no longer exists
             some, part, moved = np.arange(len(now)), transition, np.flatnonzero(~has_gone)
             for _ in range(self._objective.sweeps):
                 after[moved] = known[first[moved]]
@@ -389,7 +385,7 @@ class ValueTable:
                 known[some] = new
                 if np.square(change).sum() < len(known) * self._objective.tolerance**2:
                     break
-                # Most has soon settled, and the next sweep is of the rest.
+                # Most states converge soon; sweep only the rest.
                 changed = np.zeros(len(known), bool)
                 changed[some[change > _STILL]] = True
                 changes = (changed[first] | changed[second]) & ~has_gone
@@ -403,13 +399,13 @@ class ValueTable:
         self.going.append(going)
 
     def _close(self, layout: int, value: np.ndarray) -> None:
-        """Let the caregiver close a gate before which it stands, where that is better: values of a layout, (C R, J)."""
+        """Let the caregiver close a gate before which it stands, where that is better; values are (C R, J)."""
         by_cell = value.reshape(self._cells, self._places, self._states)
         for post, closed in self._closed:
             np.minimum(by_cell[:, post], closed[layout], out=by_cell[:, post])
 
     def _dynamics(self, chain: ChildChain) -> tuple[csr_array, np.ndarray, np.ndarray]:
-        """Return what the child's next move leads to while the caregiver stands still.
+        """Return the effects of the child's next move while the caregiver stands still.
 
         Returns:
             Discounted transitions, (C R J, C R J); damage and price, (layouts, C R, J); the price alone, (C R, J).
@@ -434,7 +430,7 @@ class ValueTable:
             chance = epsilon / moves + (1.0 - epsilon) * purpose
             there, met = chain.next_cell[:, move], chain.object_at[:, move]
             denied = ((there[:, None] == here) & (there != np.arange(cells))[:, None])[..., None]  # (C, R, 1)
-            # A child that wants to be where the caregiver is is denied nothing by it.
+            # The caregiver denies nothing to a child that follows it.
             wants = price if chain.follows is None else np.where(goal == chain.shape[1] - 1, 0.0, price)
             denial += denied * (wants * (1.0 - epsilon) * purpose + self._objective.random_price * epsilon / moves)
             falls = (met >= 0) & (met < posts)
@@ -464,24 +460,24 @@ class ValueTable:
         return _single(self._objective.discount * transition), cost, denial.reshape(-1, states)
 
     def _walked(self, place: int) -> _Rows:
-        """Return where a timestep on the way to a place takes the caregiver from every cell."""
+        """Return the caregiver's motion in a timestep towards a place, from every cell."""
         here, then, share = self.motion.walk(place, self._child, self._cell, self.motion.turn)
         some, first = np.flatnonzero(share), self._child * self._places
         return first + here, some, (first + then)[some], share[some, None]
 
     def _stepped(self, way: int) -> _Rows:
-        """Return where a part of a timestep takes the caregiver from every cell in one of the four directions."""
+        """Return the caregiver's motion in a part of a timestep in one of the four directions, from every cell."""
         there = self.motion.around[way]
-        steps = np.where(there < 0, np.inf, self.motion.enters[:, way - 2, there]).ravel()  # it comes the other way
+        steps = np.where(there < 0, np.inf, self.motion.enters[:, way - 2, there]).ravel()  # opposite direction
         share = np.minimum(self.motion.turn / self._parts / steps, 1.0).astype(np.float32)
         here, then = (self._child * self._places + cell for cell in (self._cell, there[self._cell]))
         some = np.flatnonzero((share > 0.0) & (share < 1.0))
         return np.where(share < 1.0, here, then), some, then[some], share[some, None]
 
     def _best(self, layout: int, value: np.ndarray, fetched: _Fetched, best: np.ndarray) -> None:
-        """Find the values after a child's move in a layout, (C R, J), if the caregiver does what is best."""
+        """Write the values after a child's move in a layout, (C R, J), under the best choice, into `best`."""
         np.copyto(best, value)  # to stay
-        for _ in range(self._parts if self._waits else 0):  # to wait wherever it gets to
+        for _ in range(self._parts if self._waits else 0):  # to wait in a reachable cell
             before = best.copy()
             for rows in self._steps:
                 np.minimum(best, _gone(before, rows), out=best)
@@ -498,7 +494,7 @@ class ValueTable:
             np.minimum(best, gone, out=best)
 
     def _fetches(self) -> list[_Fetch]:
-        """Return for each table what can be done with its candle after a timestep on the way to it."""
+        """Return, for each table, the values of its candle after a timestep on the way to it."""
         child, cell = self._child, self._cell
         found = []
         for table in range(len(self.motion.stands)):
@@ -521,10 +517,10 @@ class ValueTable:
         return found
 
     def _arrive(self, value: np.ndarray) -> None:
-        """Bring `_ahead` up to date: values of having put a candle on each table some moves of the child later."""
+        """Update `_ahead`: values of having put a candle on each table after some more moves of the child."""
         by_cell = value.reshape(len(value), self._cells, self._places, self._states)
         for table, most in enumerate(self._most if self._ahead.size else []):
-            taken = np.delete(self.motion.stands, table, axis=0)  # where a candle from another table is taken
+            taken = np.delete(self.motion.stands, table, axis=0)  # cells in which candles of other tables are taken
             for beside in np.unique(self.motion.nearest[table, taken]).tolist():
                 found = by_cell[self.layouts.bears[:, table], :, self.motion.stands[table, beside]]
                 ahead = np.ascontiguousarray(found.reshape(len(found), -1).T)
@@ -533,9 +529,10 @@ class ValueTable:
                     self._ahead[table, move, :, beside] = ahead.T.reshape(found.shape)
 
     def _damage_meanwhile(self) -> np.ndarray:
-        """Return what is done in some moves of a child with nobody in its way, (moves, C, 1 + tables, J).
+        """Return the damage during some moves of a child with nobody in its way, (moves, C, 1 + tables, J).
 
-        First of all by open stairwells and bare tables, then, beyond that, by a candle on each table.
+        The first is that of open stairwells and bare tables, the others the additional damage of a candle on each
+        table.
         """
         cost = np.concatenate([self._open[:, None], self._candle], axis=1)
         total = [np.zeros_like(cost)]
@@ -545,15 +542,15 @@ class ValueTable:
         return np.ascontiguousarray(np.stack(total).reshape(shape).swapaxes(2, 3))
 
     def _denied_meanwhile(self, transition: csr_array, price: np.ndarray) -> np.ndarray:
-        """Return the price of what the child is denied while a candle is carried to each table, (tables, C R, J).
+        """Return the price of moves denied while a candle is carried to each table, (tables, C R, J).
 
-        From before a move of the child on, the caregiver being anywhere with the candle in its hand. Here the child
-        stays where it is if it is denied a move, and the caregiver goes by its routes round it.
+        It counts from before a child's move, by the cells of child and caregiver with the candle in its hand. Here a
+        denied move does leave the child where it is, and the caregiver walks round it.
         """
         found = np.zeros((len(self.motion.stands), *price.shape), np.float32)
         for table, denied in enumerate(found):
             place = len(self.motion.posts) + table
-            steps = self.motion.turn  # those that are left for it in a timestep
+            steps = self.motion.turn  # in a timestep
             carries = self.motion.distance[place].reshape(-1, 1) > steps - min(steps, self.motion.handling)
             for _ in range(self.motion.longest):
                 after = carries * _gone(denied, self._rows[place])
@@ -565,7 +562,7 @@ class ValueTable:
 
 
 def _gone(value: np.ndarray, rows: _Rows) -> np.ndarray:
-    """Return the values, (n, J), once the caregiver has gone on for a timestep."""
+    """Return the values, (n, J), after a timestep of the caregiver's motion."""
     first, some, then, share = rows
     found = value.take(first, axis=0)
     if len(some):
@@ -574,7 +571,7 @@ def _gone(value: np.ndarray, rows: _Rows) -> np.ndarray:
 
 
 def _deviation(before: np.ndarray, after: np.ndarray) -> np.ndarray:
-    """Return the standard deviation over all layouts and cells of how much values change, (J,)."""
+    """Return the standard deviation of the changes of values over all layouts and cells, (J,)."""
     sums = np.zeros((2, after.shape[-1]))
     for change in map(np.subtract, after, before):
         sums += change.sum(axis=0, dtype=float), np.square(change).sum(axis=0, dtype=float)
@@ -583,7 +580,7 @@ def _deviation(before: np.ndarray, after: np.ndarray) -> np.ndarray:
 
 
 def _single(matrix: csr_array) -> csr_array:
-    """Return the same in single precision, which is precise enough and takes half the time."""
+    """Return a matrix in single precision, which suffices and halves the time."""
     return csr_array(
         (matrix.data.astype(np.float32), matrix.indices.astype(np.int32), matrix.indptr.astype(np.int32)),
         shape=matrix.shape,
@@ -591,13 +588,13 @@ def _single(matrix: csr_array) -> csr_array:
 
 
 class AllLayouts:
-    """Every choice of as many tables as there are candles. Candles are all alike.
+    """Every choice of as many tables as there are candles, which are interchangeable.
 
     Attributes:
-        candles: How many candles there are.
-        bears: Which tables bear a candle, bool (layouts, tables).
-        after: The layout after a candle has been moved from one table to another, (layouts, tables, tables), or
-            NOTHING where there is no candle on the first one, or one on the other.
+        candles: Number of candles.
+        bears: Whether a candle is on each table, bool (layouts, tables).
+        after: Layout after a candle is moved from one table to another, (layouts, tables, tables); NOTHING without a
+            candle on the first, or with one on the other.
     """
 
     def __init__(self, tables: int, candles: int):
@@ -621,5 +618,5 @@ class AllLayouts:
         return len(self.bears)
 
     def now(self, tables: np.ndarray) -> np.ndarray:
-        """Return the layout in which the house is now, (...), by the table of each candle, (..., candles)."""
+        """Return the present layout, (...), by the table of each candle, (..., candles)."""
         return self._find((np.int64(1) << tables).sum(axis=-1))

@@ -13,7 +13,7 @@ from caregiver_mj.robot.embodiment import DEFAULT, Embodiment
 
 
 class _Makers(Registry[Callable[[], Embodiment]]):
-    """Functions that make embodiments, which read the models when they are called."""
+    """Functions that make embodiments, and read their models when called."""
 
     def check(self, name: str, value: str, found: Any) -> None:
         if not callable(found):
@@ -24,7 +24,7 @@ class _Makers(Registry[Callable[[], Embodiment]]):
 
 
 def _maker(name: str, summary: str) -> Callable[[], Embodiment]:
-    def make() -> Embodiment:  # its module, and with it MuJoCo, is imported at the first call
+    def make() -> Embodiment:  # imports its module, and with it MuJoCo, at the first call
         return getattr(importlib.import_module(f"{__name__}.{name}"), name)()
 
     make.__doc__ = summary
@@ -46,7 +46,7 @@ EMBODIMENTS = _Makers(
 
 
 def find_embodiment(which: Embodiment | str | None = None) -> Embodiment:
-    """Return a robot: the one of a name, made once; the default without one; or what is one already.
+    """Return a robot by name, cached; the default robot for None; an embodiment as it is.
 
     Raises:
         CaregiverError: There is no such robot, or it cannot be made.

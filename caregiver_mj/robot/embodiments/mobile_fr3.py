@@ -19,7 +19,7 @@ NAMES = Names(
     chain=("link2", "link4", "link6", "link7"),
 )
 
-_BASE_SPEED = 5.0 / 3.6  # m/s: the walking speed that the paper gives the caregiver (section V.C)
+_BASE_SPEED = 5.0 / 3.6  # m/s; the caregiver's walking speed in the paper (section V.C)
 _FINGER_SPEED = 0.125  # m/s, own design
 
 LIMITS = RobotLimits(
@@ -29,7 +29,7 @@ LIMITS = RobotLimits(
         acceleration=np.full(7, 10.0),
         jerk=np.full(7, 5000.0),
         velocity_share=0.9,
-        acceleration_share=0.7,  # what is left is for ramps between timesteps, and for a candle that meets its table
+        acceleration_share=0.7,  # the rest is for ramps between timesteps, and for a candle that meets its table
         planned_jerk=400.0,
         near_ends=NearEnds(
             low=np.array([-2.7501, -1.7918, -2.9065, -3.0481, -2.8101, 0.54092, -3.0196]),
@@ -37,15 +37,15 @@ LIMITS = RobotLimits(
             slope=np.array([12.0, 5.17, 7.0, 8.0, 34.0, 11.0, 34.0]),
             offset=np.array([0.30, 0.20, 0.20, 0.30, 0.35, 0.35, 0.35]),
         ),
-        # At 2.66 rad/s the servos of joints 5 to 7, as the simulation has them, are at their 12 N m: see the model.
-        # Joint 6, which the other joints' accelerations swing, then has nothing left to speed up with.
+        # At 2.66 rad/s the simulated servos of joints 5 to 7 are at their 12 N m: see the model. Joint 6, which the
+        # other joints' accelerations swing, then has nothing left to accelerate with.
         servo_velocity=np.array([2.62, 2.62, 2.62, 2.62, 2.4, 2.1, 2.4]),
     ),
-    # `models/README.md` works out what wheels and stance bear: a rigid robot would tip over at 6.2 m/s^2, and its
-    # wheels would slip at 4.9; but the arm swings, too.
+    # By `models/README.md` a rigid robot would tip over at 6.2 m/s^2, and its wheels would slip at 4.9; but the arm
+    # swings, too.
     base=Limits(velocity=0.97 * _BASE_SPEED, acceleration=3.0, jerk=26.0),
     yaw=Limits(velocity=2.8, acceleration=7.6, jerk=36.0),
-    # A half turn with the above costs 14 mm of the candle's place in the hand, one with this 7; at 30 mm it is lost.
+    # In a half turn with the above a candle slips by 14 mm in the hand, with these by 7; at 30 mm it is lost.
     yaw_gentle=Limits(velocity=1.4, acceleration=7.6, jerk=36.0),
     gripper=Limits(velocity=0.82 * _FINGER_SPEED, acceleration=4.0, jerk=200.0),
     base_speed=_BASE_SPEED,
@@ -53,11 +53,11 @@ LIMITS = RobotLimits(
     base_jerk=70.0,
     turn=Limits(velocity=3.0, acceleration=8.0, jerk=80.0),
     finger_speed=_FINGER_SPEED,
-    # At 2 m/s^2 a drink stands up 7 mm at the side of its mug; relocations have been measured with these.
+    # At 2 m/s^2 a drink rises 7 mm at the side of its mug; relocations were measured with these.
     carrying=Carrying(Limits(velocity=0.97 * _BASE_SPEED, acceleration=1.7, jerk=14.0), acceleration=2.0, jerk=35.0),
 )
 
-# Lags by trial; mass and inertia over gain, as the model has them with the arm tucked, are 20.7 and 5.9 ms.
+# Lags by trial; the model's mass and inertia over gain, with the arm tucked, are 20.7 and 5.9 ms.
 SERVOS = Servos(position_gain=5.0, yaw_gain=8.0, base_lag=0.0205, yaw_lag=0.008)
 
 # Joints 1 and 3 are nearly collinear in these poses; holding joint 3 keeps them from chattering.
@@ -76,8 +76,8 @@ POSTURES = Postures(
 
 APPROACH = Approach(turn=0.25, above=0.70, hover=0.77, last_time=0.225)
 
-# With 12 mm more than the depth a candle is held, with 12 mm less it may be lost on the way. So what is perceived
-# wrongly can be off as far either way.
+# A candle is held with 12 mm more than the depth, and may be lost on the way with 12 mm less: errors of perception may
+# be as large either way.
 GRASP = Grasp(open=0.036, closed=0.012, grip_time=0.12, widest=0.0395)
 
 # A candle in the tucked hand is 0.45 m out.
@@ -85,7 +85,7 @@ CLEARANCES = Clearances(turning=0.52, child_turning=0.60, hand=0.16, hand_width=
 
 
 def mobile_fr3() -> Embodiment:
-    """Make it."""
+    """Make the robot."""
     return RobotModel(own_model("mobile_fr3"), NAMES).robot(
         limits=LIMITS,
         servos=SERVOS,

@@ -64,9 +64,9 @@ CLEARANCES = Clearances(turning=0.48, child_turning=0.56, hand=0.18, hand_width=
 
 
 def mobile_ur5e() -> Embodiment:
-    """Make it."""
+    """Make the robot."""
     model = RobotModel(own_model("mobile_ur5e"), NAMES)
-    # The servos' lags, as the model has them with the arm tucked.
+    # The model's lags of the servos with the arm tucked.
     servos = Servos(4.0, 6.0, *(model.lag(joint, BENDS.tucked) for joint in ("base_x", "base_yaw")))
     return model.robot(
         limits=LIMITS,

@@ -1,4 +1,4 @@
-"""Shared by picking and placing: stand before a table, and extend the hand on the way there."""
+"""Shared by picking and placing: stand at a table, and extend the hand on the way there."""
 
 from __future__ import annotations
 
@@ -22,33 +22,33 @@ from caregiver_mj.robot.skills.skill import Skill
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import CHILD_RADIUS, View
 
-BESIDE_TABLE = 0.45  # metres from a table's middle beyond which nothing is on it, wherever exactly it stands
+BESIDE_TABLE = 0.45  # m; distance from a table's nominal centre beyond which nothing is on it
 
-_HAND_AHEAD = 1.5  # seconds of the base's way that are looked at for walls
-_HOVER_BEYOND = 0.02  # metres by which the base may have gone too far for the hand to hover
-# Metres to a child, that it lets pass, from which on the base is far enough off, and below which it makes haste.
+_HAND_AHEAD = 1.5  # s; part of the base's path checked for walls
+_HOVER_BEYOND = 0.02  # m; overshoot of the base with which the hand may still hover
+# m; gap at which a base that lets a child pass may stop, and gap below which it leaves at full speed
 _ASIDE_GAP, _AT_ONCE_GAP = 0.9, 0.3
-_PAST_CANDLE = 100.0  # cells of detour that it is worth not to reach over another candle
-_CHILD_SOON = 0.5  # seconds in which a child that walks on may be in the hand's way
-_ON_PATH = 0.008  # metres off its path up to which a base is where it is planned to be when the hand has come down
-_LATE = 0.03  # seconds old up to which what is seen is good enough for the last of the way before the base rests
-_AS_USUAL = 0.01  # metres that a table may be higher than usual without a difference
-_CHILD_COMES = 0.4  # metres that a child comes nearer while the base turns for the last time
-_LAST_DISTANCE_SLOWED = 0.01  # metres to go at which a base that is slowed down, or has stopped short, has arrived
-# What is not on the map holds the base up if it has stood short of its goal for so many seconds in all, slower than so
-# many m/s, with no child at it.
+_PAST_CANDLE = 100.0  # cells; detour worth taking to not reach over another candle
+_CHILD_SOON = 0.5  # s; time within which a walking child may be in the hand's way
+_ON_PATH = 0.008  # m; deviation from its path up to which a base arrives as planned while the hand comes down
+_LATE = 0.03  # s; age of observations up to which the hand may come down before the base rests
+_AS_USUAL = 0.01  # m; excess of a table's height that makes no difference
+_CHILD_COMES = 0.4  # m; approach of a child during the base's final turn
+_LAST_DISTANCE_SLOWED = 0.01  # m; distance from the goal at which a slowed or stopped base counts as arrived
+# s, m/s; total time short of the goal below that speed, with no child close, after which something off the map holds
+# the base up
 _HELD_UP, _STANDS = 1.5, 0.01
-_NOT_QUITE = 0.5  # seconds for which the hand, come down, waits for the base that has not quite arrived
+_NOT_QUITE = 0.5  # s; wait of the lowered hand for a base that has not quite arrived
 
 
 class AtTable(Skill):
-    """Takes a candle from, or puts it on, a table, in stages of which the first is to come up to it.
+    """Takes a candle from a table, or puts one on it, in stages; the first is the approach.
 
     Attributes:
         candle: Index of the candle.
         table: Index of the table.
-        thing: How large the candle is.
-        stand: The cell beside the table in which to stand; None before it is chosen.
+        thing: Dimensions of the candle.
+        stand: Cell beside the table to stand in; None before it is chosen.
     """
 
     def __init__(self, navigator: Navigator, candle: int, table: int, loaded: bool = False):
@@ -58,24 +58,24 @@ class AtTable(Skill):
         self.thing = self._things[candle]
         approach = self.embodiment.approach
         hovers_at = math.hypot(approach.hover_distance, approach.hover_across)
-        self._comes_out_at = max(approach.last_distance, hovers_at, approach.above_distance)  # metres to go
+        self._comes_out_at = max(approach.last_distance, hovers_at, approach.above_distance)  # m from the goal
         self._beside = navigator.plan.free_neighbours(navigator.plan.tables[table])
         self.stand: Cell | None = None
         self._stage: Callable[[View, RobotMotion], Status] = self._approach
         self._moved_at = 0.0
-        self._held_up_for, self._held_up_at = 0.0, set[Cell]()  # in the present stand, and stands given up for that
-        self._was = 0.0, (0.0, 0.0)  # when it was looked at last, and where the base was then
-        self._is_aimed = False  # whether the hand has got its path from this skill
+        self._held_up_for, self._held_up_at = 0.0, set[Cell]()  # s at the present stand; stands given up
+        self._was = 0.0, (0.0, 0.0)  # time and place of the base at the last look
+        self._is_aimed = False  # whether this skill has planned the hand's path
         self._came_down_at = math.inf
-        self._is_short = False  # whether it came down where the base had not quite arrived, and stays so
+        self._is_short = False  # whether the hand is down and the base remains short of its goal
 
     def _act(self, view: View, robot: RobotMotion) -> Status:
         return self._stage(view, robot)
 
     def _drive(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell, yaw: float) -> Status:
-        """Drive on for one control timestep; it gets no farther out of a child's way than that comes after it.
+        """Drive for one control timestep, and make room for a coming child only as far as it follows.
 
-        The way past a toddler is often open for the time of one of its steps only.
+        The way past a toddler is often open during one of its moves only.
 
         Returns:
             As of `Driver.drive`, or OUT_OF_REACH if something holds the base up on every side of the table.
@@ -93,7 +93,7 @@ class AtTable(Skill):
         return status
 
     def _is_held_up(self, view: View, robot: RobotMotion, goal: Vector) -> bool:
-        """Whether something that is no child has kept the base, for a while in all, from the last of its way."""
+        """Return whether something other than a child has kept the base from the last of its way for long."""
         (before, place), here = self._was, view.base[:2]
         self._was, seconds = (view.now, here), view.now - before
         is_there = math.dist(goal, robot.base_reference()[0]) < 1e-3 and not robot.moving
@@ -103,21 +103,20 @@ class AtTable(Skill):
         return self._held_up_for > _HELD_UP
 
     def _may_stand(self, view: View, cell: Cell) -> bool:
-        """Whether the base may yet stand before the table in a cell beside it."""
+        """Return whether a cell beside the table is still a possible stand."""
         return cell not in self._held_up_at
 
     def _stands(self, view: View) -> list[Cell]:
-        """Return these cells."""
         return [cell for cell in self._beside if self._may_stand(view, cell)]
 
     @abc.abstractmethod
     def _approach(self, view: View, robot: RobotMotion) -> Status:
-        """The first stage: drives up, and brings the hand out."""
+        """Drive up and bring the hand out, as the first stage."""
 
     def _stand_at_table(self, view: View, spot: Vector, hand: Vector) -> tuple[Vector, Cell, float]:
-        """Return where to stand, position, cell and heading, so that the hand reaches a spot over the table.
+        """Return the stand, as position, cell and heading, from which the hand reaches a spot over the table.
 
-        A candle is, or shall be, at the spot; `hand` is where it is relative to the pinch point, in the base's frame.
+        The candle is, or will be, at the spot; `hand` is its offset from the pinch point in the base's frame.
         """
         is_barred = self.stand and self.driver.looks_again(view.now) and self._is_barred(view, self.stand)
         if self.stand is None or is_barred or not self._may_stand(view, self.stand):
@@ -128,12 +127,12 @@ class AtTable(Skill):
         return goal, self.stand, math.atan2(y, x)
 
     def _ahead(self, stand: Cell) -> Vector:
-        """Unit vector (x, y) from a stand to the table."""
+        """Return the unit vector (x, y) from a stand to the table."""
         table = self._navigator.plan.tables[self.table]
         return float(table[1] - stand[1]), float(stand[0] - table[0])
 
     def _is_barred(self, view: View, cell: Cell) -> bool:
-        """Whether children that are near stand in every way to a cell."""
+        """Return whether near children bar every route to a cell."""
         near = near_children(view, view.base[:2])
         if not near:
             return False
@@ -142,10 +141,10 @@ class AtTable(Skill):
         return navigator.route(start, cell, child_cells(near, navigator.plan)) is None
 
     def _choose_stand(self, view: View) -> Cell:
-        """The free cell beside the table that is quickest to reach, if possible without meeting a child."""
+        """Return the stand that is quickest to reach, if possible without meeting a child."""
         navigator, plan = self._navigator, self._navigator.plan
         cells = self._stands(view)
-        # Better not where a child could shut the robot in.
+        # Prefer cells in which a child cannot trap the robot.
         cells = [cell for cell in cells if not yielding(plan).traps[plan.cell_index[cell]]] or cells
         start = navigator.nearest_cell(view.base[:2])
         around = child_cells(near_children(view, view.base[:2]), plan)
@@ -160,13 +159,13 @@ class AtTable(Skill):
         return min(cells, key=cost)
 
     def _is_barred_by_candle(self, view: View, stand: Cell) -> bool:
-        """Whether another candle is in the way of the hand that comes from a stand."""
+        """Return whether another candle is in the way of a hand that comes from a stand."""
         return False
 
     def _prepare_hand(self, view: View, robot: RobotMotion, goal: Vector, yaw: float) -> bool:
-        """Brings the hand out while the base still drives up; returns whether it is on the last of its way."""
+        """Bring the hand out while the base drives up; return whether it is on the last of its way."""
         approach = self.embodiment.approach
-        # Neither can it before the hand is in. A base that steps aside may pass a wall where the hand is out.
+        # A base that steps aside, or stops for another path, may pass a wall with the hand out.
         driver = self.driver
         if not self._is_aimed or not robot.turns_to(yaw) or driver.stands_aside(view.now) or driver.stops_first:
             robot.reach(0.0)
@@ -174,7 +173,7 @@ class AtTable(Skill):
         off = math.dist(goal, view.base[:2])
         self._note_arrival(view, robot, off)
         if off > self._comes_out_at and robot.hand_out == 0.0:
-            return False  # it has a long way to go yet
+            return False  # still far away
         along, across = geometry.to_local((*view.base[:2], yaw), goal)
         turn = abs(math.remainder(yaw - view.base[2], math.tau))
         is_late = view.age > _LATE
@@ -183,8 +182,8 @@ class AtTable(Skill):
         at_last &= not robot.stops
         last_distance = approach.last_distance if robot.moving and robot.rate > 0.99 else _LAST_DISTANCE_SLOWED
         if self._is_short:
-            last_distance = ARRIVED  # the base drives again when the hand is up
-        # A child that comes stops the turn, and the hand would come down beside the candle.
+            last_distance = ARRIVED  # with the hand up the base drives again
+        # A coming child would stop the turn, and the hand would come down beside the candle.
         is_alone = view.child_distance(view.base[:2]) > self.embodiment.clearances.child_turning + _CHILD_COMES
         if at_last and off < last_distance and turn < (approach.last_yaw if is_alone else ARRIVED_YAW):
             robot.reach(1.0)
@@ -194,7 +193,7 @@ class AtTable(Skill):
             return False
         in_line = abs(across) < approach.hover_across and turn < approach.hover_yaw
         near = -_HOVER_BEYOND < along < approach.hover_distance
-        # A base that waits must be able to leave again, and it leaves with the hand in.
+        # A waiting base must be able to leave, which it does with the hand in.
         if (robot.moving or (is_late and not self._rests(view))) and in_line and near:
             robot.reach(self._out(approach.hover, view))
         elif (
@@ -206,7 +205,7 @@ class AtTable(Skill):
         return False
 
     def _note_arrival(self, view: View, robot: RobotMotion, off: float) -> None:
-        """Take in when the base moved last, and whether the hand has come down where it has not quite arrived."""
+        """Record when the base last moved, and whether the hand is down with the base short of its goal."""
         if robot.moving:
             self._moved_at, self._is_short = view.now, False
         if robot.reached < 1.0:
@@ -214,25 +213,25 @@ class AtTable(Skill):
         self._is_short |= off >= ARRIVED and view.now - self._came_down_at > _NOT_QUITE
 
     def _child_in_between(self, view: View, yaw: float, along: float, across: float) -> bool:
-        """Whether a child is, or will shortly be, where the hand comes out between the base and the table.
+        """Return whether a child is, or will soon be, where the hand comes out between base and table.
 
-        The hand is no higher there than the child, and the base minds only the distance to itself. A base that comes
-        from the side has the floor beside the table before it, as far as the hand reaches.
+        The hand is as low as the child there, and the base minds only its own gap. A base that comes from the side has
+        the floor beside the table before it, as far as the hand reaches.
         """
         far, hand = self.embodiment.postures.reach + along, self.embodiment.clearances.hand
         if abs(across) + hand < layout.TABLE_HALF_SIZE:
             far -= layout.TABLE_HALF_SIZE
             if far - self.embodiment.footprint < 2 * CHILD_RADIUS:
-                return False  # no child fits in between any more
+                return False  # no child fits in between
         here, there = view.base[:2], geometry.to_world((*view.base[:2], yaw), (far, 0.0))
         return is_child_at_line(view, here, there, hand + CHILD_RADIUS, _CHILD_SOON)
 
     def _rests(self, view: View) -> bool:
-        """Whether the base has been at rest for so long that it is seen where it is."""
+        """Return whether the base has rested for so long that it is seen at its present place."""
         return view.now - self._moved_at > view.age
 
     def _out(self, share: float, view: View) -> float:
-        """How far out the hand may be over this table, that may be out by a share over one of the usual height."""
+        """Return the hand's extension over this table that is as high as `share` over a standard table."""
         height = view.table_height(self.table)
         if height < layout.TABLE_HEIGHT + _AS_USUAL:
             return share
@@ -240,9 +239,9 @@ class AtTable(Skill):
         return as_high(arm, round(1e3 * (layout.TABLE_HEIGHT + grip)), round(1e3 * (height + grip)), share)
 
     def _hand_is_clear(self, view: View, robot: RobotMotion, yaw: float, goal: Vector) -> bool:
-        """Return whether the outstretched hand meets no wall on the rest of the base's way.
+        """Return whether the extended hand meets no wall on the rest of the base's way.
 
-        That may lead beyond the goal first: a base that was on its way elsewhere has to stop before it comes back.
+        A base that was on its way elsewhere first stops, perhaps beyond the goal, and comes back.
         """
         out = (self.embodiment.postures.reach, 0.0)
         places = [(*place, yaw) for place in (*robot.points_ahead(_HAND_AHEAD), goal)]

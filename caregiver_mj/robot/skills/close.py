@@ -25,44 +25,44 @@ from caregiver_mj.robot.skills.skill import Skill
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
 
-# Where the base may stand, seen from the middle of the landing, and how far from the hinge the hand then is: tried in
-# this order. Metres and radians.
+# Poses of the base in the landing's frame, x and y, m, and yaw, rad, and distances of the hand from the hinge, m, in
+# the order of trial.
 _STANDS = tuple(itertools.product((-0.73, -0.70), (0.2, 0.1, 0.0), (0.0, 0.4, -0.4)))
 _FROM_HINGE = (0.30, 0.35)
-_PITCH = math.radians(65.0)  # of the hand, which points along the panel; straight down it does not reach as far
-_DEPTH, _OVER = 0.025, 0.05  # metres of the pinch point below the panel's top, and above it before and after
-_STEP = math.radians(28.0)  # at most between poses on the hand's arc; it slides along the panel in between
-# How far it pushes past the stop, and then back as a test: on the way, a finger after the other is clear of the panel.
+_PITCH = math.radians(65.0)  # of the hand, which points along the panel; straight down it reaches less far
+_DEPTH, _OVER = 0.025, 0.05  # m; pinch point below the panel's top, and above it before and after
+_STEP = math.radians(28.0)  # greatest step between poses on the arc, between which the hand slides along the panel
+# Push past the stop, and pull back to test the latch: on this way each finger in turn is clear of the panel.
 _BEYOND, _TEST = math.radians(4.0), math.radians(6.3)
-_MEETS = 0.09  # m/s of a hand of which a finger comes to meet the panel, or that pulls at the latch
-_ASTRIDE = 0.021  # metres that each finger then stands off the panel's middle
-# Metres from a child to the gate below which the hand does not go out, below which it closes it slowly, and below which
-# it stops, or comes back at a creep; this holds for the arm, too. And seconds within which the child may come there.
+_MEETS = 0.09  # m/s; speed of the hand as a finger meets the panel or pulls at the latch
+_ASTRIDE = 0.021  # m; distance of each finger from the panel's middle
+# m; distance of a child from the gate below which the hand stays in, closes slowly, and stops or creeps back (also from
+# the arm). s; time within which the child may come so near.
 _CHILD_AWAY, _CHILD_NEAR, _CHILD_BESIDE, _SOON = 0.55, 0.45, 0.3, 0.4
 
 
 class Closing(NamedTuple):
-    """How a robot closes a gate."""
+    """A robot's plan to close a gate."""
 
-    base: Pose  # where it stands, seen from the middle of the landing: x towards the stairs
-    path: ReachPath  # the arm's way: over the panel (1), astride it (2), along its arc, and back to the tucked arm
-    radius: float  # how far from the hinge the hand then is, metres
-    pushed: int  # number of the pose in which the gate has been pushed to its stop; the next one tests whether it holds
-    metres: list[float]  # that the hand goes on each line of the way, see `ReachPath.longest`
+    base: Pose  # in the landing's frame, with x towards the stairs
+    path: ReachPath  # of the arm: over the panel (1), astride it (2), along its arc, back to the tucked arm
+    radius: float  # m; distance of the hand from the hinge
+    pushed: int  # pose with the gate pushed to its stop; the next one tests the latch
+    metres: list[float]  # m; motion of the hand on each line of the path, see `ReachPath.longest`
 
     def speed(self, line: int, slowly: bool = False) -> float:
-        """Return how much of a line of the way the hand may go in a second."""
+        """Return the greatest speed of the hand on a line of the path, in lines a second."""
         return _MEETS / self.metres[line] if slowly or line in (2, self.pushed) else math.inf
 
 
 class Close(Skill):
-    """Closes a gate: puts the hand astride the panel, swings it to its stop, and tests whether it holds.
+    """Closes a gate: puts the hand astride the panel, swings it to its stop, and tests the latch.
 
-    The base stands still while the arm is out, and the hand while a child is close. If one stays, the hand comes back
-    the way it went, and it has failed. It comes back, and leaves a gate that has latched, at a creep beside a child.
+    The base rests while the arm is out, and the hand stops while a child is close. If a child stays, the hand returns
+    the way it came, and the skill fails. Beside a child it returns, and leaves a latched gate, at a creep.
 
     Attributes:
-        gate: Its number among the gates.
+        gate: Number of the gate.
     """
 
     def __init__(self, navigator: Navigator, gate: int):
@@ -71,7 +71,7 @@ class Close(Skill):
         self._mouth = list(navigator.plan.mouths.values())[gate]
         self._frame = layout.gate_frames(navigator.plan)[gate]
         self._closing = closing(arm_of(self.embodiment))
-        self._at = 0  # number of the pose to go to
+        self._at = 0  # next pose
         self._attempts, self._waits_since, self._until = 1, math.inf, 0.0
         self._withdraws = False
 
@@ -96,7 +96,7 @@ class Close(Skill):
         return self._come_back(robot) if self._withdraws else self._go_on(view, robot)
 
     def _approach(self, view: View, robot: RobotMotion) -> Status:
-        """Drive to where the gate can be closed, and begin to reach there."""
+        """Drive to the stand before the gate, and begin to reach."""
         robot.reach(0.0)
         robot.grip(self.embodiment.grasp.open)
         if view.closed_gates[self.gate]:
@@ -111,7 +111,6 @@ class Close(Skill):
         return Status.COMMITTED
 
     def _go_on(self, view: View, robot: RobotMotion) -> Status:
-        """Choose the next stage after a pose."""
         if self._at == self._closing.path.goal:
             robot.reach_along(self._closing.path)
             return Status.DONE if view.closed_gates[self.gate] else Status.FAILED
@@ -134,14 +133,13 @@ class Close(Skill):
         arm, path = arm_of(self.embodiment), self._closing.path
         x, y = geometry.to_local(self._frame, view.base[:2])
         poses = [*(path.joints(float(i)) for i in range(path.goal)), arm.tucked]
-        with contextlib.suppress(CaregiverError):  # then it stays as it is
+        with contextlib.suppress(CaregiverError):  # keep an unreachable pose
             base = x, y, view.base[2] - self._frame[2]
             poses[self._at] = _pose(arm, base, self._closing.radius, _way()[self._at - 1], [poses[self._at]])
         self._closing = self._closing._replace(path=_path(arm, poses))
         robot.reach_along(self._closing.path)
 
     def _come_back(self, robot: RobotMotion) -> Status:
-        """Go back one pose."""
         if self._at == 0:
             return Status.FAILED
         if self._at == 2:
@@ -150,7 +148,7 @@ class Close(Skill):
         return Status.COMMITTED
 
     def _is_child_within(self, view: View, distance: float) -> bool:
-        """Whether a child is, or may be soon, nearer than that to the gate, or beside the arm."""
+        """Return whether a child is, or may soon be, so near to the gate, or beside the arm."""
         (x, y), length, _ = layout.gate()
         opening = float(view.gates[self.gate])
         shut, now = (x, y - length), (x + length * math.sin(opening), y - length * math.cos(opening))
@@ -164,11 +162,7 @@ class Close(Skill):
 
 @functools.cache
 def closing(arm: Arm) -> Closing:
-    """Return how a robot closes a gate.
-
-    Raises:
-        CaregiverError: Its arm cannot.
-    """
+    """Return a robot's plan to close a gate, or raise CaregiverError if its arm cannot."""
     way = _way()
     for base, radius in itertools.product(_STANDS, _FROM_HINGE):
         poses = [arm.tucked]
@@ -185,12 +179,12 @@ def closing(arm: Arm) -> Closing:
 
 
 def _path(arm: Arm, poses: Sequence[np.ndarray]) -> ReachPath:
-    """The hand's way, on which it speeds up gently with the panel: that swings between the fingers, and hits them."""
+    """Return the hand's path, gently accelerated with the panel, which swings between the fingers and hits them."""
     return ReachPath(poses, arm.embodiment.limits.arm, gently=slice(2, len(_way()) - 3))
 
 
 def _way() -> list[tuple[float, float]]:
-    """The angle of the panel at which the hand is, radians, and its height, metres, in every pose with it out."""
+    """Return the panel's angle, rad, and the hand's height, m, of every pose with the hand out."""
     arc = np.linspace(layout.GATE_OPEN, -_BEYOND, 1 + math.ceil((layout.GATE_OPEN + _BEYOND) / _STEP)).tolist()
     over, astride = layout.gate().height + _OVER, layout.gate().height - _DEPTH
     return [(layout.GATE_OPEN, over), *((angle, astride) for angle in (*arc, _TEST - _BEYOND, 0.0)), (0.0, over)]
@@ -199,7 +193,7 @@ def _way() -> list[tuple[float, float]]:
 def _pose(
     arm: Arm, base: Pose, radius: float, place: tuple[float, float], nearest: Sequence[np.ndarray] | None
 ) -> np.ndarray:
-    """The joint positions at one of these, near others if there are any; CaregiverError if the arm cannot."""
+    """Return joint positions for one pose, near others if given; raise CaregiverError if the arm cannot."""
     (angle, height), (hinge_x, hinge_y) = place, layout.gate().hinge
     point = geometry.to_local(base, (hinge_x + radius * math.sin(angle), hinge_y - radius * math.cos(angle)))
     rotation = hand_rotation(angle - math.pi / 2 - base[2], _PITCH)

@@ -15,10 +15,10 @@ from caregiver_mj.robot.skills.at_table import BESIDE_TABLE, AtTable
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
 
-_LIFTED = 0.01  # metres that a candle must have come up with the hand
-_RISES = 0.12  # seconds in which it does
-_IN_FRONT = 0.3  # metres before a candle in which the hand comes down to it, and goes up with it
-_AJAR = 0.002  # metres by which each finger may fall short of being open
+_LIFTED = 0.01  # m; rise of a candle that comes up with the hand
+_RISES = 0.12  # s; time within which it must rise
+_IN_FRONT = 0.3  # m; range before a candle in which the hand moves down and up
+_AJAR = 0.002  # m; deviation of each open finger
 
 
 class Pick(AtTable):
@@ -26,16 +26,16 @@ class Pick(AtTable):
 
     def __init__(self, navigator: Navigator, candle: int, table: int):
         super().__init__(navigator, candle, table)
-        self._middle = navigator.plan.position(navigator.plan.tables[table]).tolist()  # of the table
+        self._middle = navigator.plan.position(navigator.plan.tables[table]).tolist()  # table's centre
         self._until = 0.0
         self._misses = 0
 
     def has_way(self, view: View) -> bool:
-        """Return whether the hand gets at the candle from any side of the table without knocking another one over."""
+        """Return whether the hand can reach the candle from any side without knocking another one over."""
         return not all(self._is_barred_by_candle(view, stand) for stand in self._stands(view))
 
     def _may_stand(self, view: View, cell: Cell) -> bool:
-        """Return also whether the candle is near enough to this side for the base to keep off the table."""
+        """Also require that the candle is near enough to this side for the base to clear the table."""
         if not super()._may_stand(view, cell):
             return False
         (ahead_x, ahead_y), (x, y, _) = self._ahead(cell), view.candles[self.candle].tolist()
@@ -55,7 +55,7 @@ class Pick(AtTable):
     def _approach(self, view: View, robot: RobotMotion) -> Status:
         x, y, z = view.candles[self.candle].tolist()
         if not view.stands_on_table(self.candle, self.table) or math.dist((x, y), self._middle) > BESIDE_TABLE:
-            return Status.OVERTAKEN  # it has fallen, or something else has taken it away
+            return Status.OVERTAKEN  # it has fallen or gone
         if not any(self._may_stand(view, cell) for cell in self._beside):
             return Status.OVERTAKEN  # it has been moved
         goal, cell, yaw = self._stand_at_table(view, (x, y), hand=(-self.embodiment.grasp.depth, 0.0))

@@ -26,46 +26,44 @@ from caregiver_mj.robot.skills.skill import StandAside
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
 
-_FEELING = 0.013  # m/s of the fingertips that look for the floor
-# m/s of a hand that carries the thing, of which fingertips hold 3 mm: where they turn, it slips outwards by half of the
-# square of the angle of every physics step, times the radius.
-CARRYING, _TURNING = 0.5, 0.07  # the second where the hand is tucked, and turns
-_TURNS = 0.2  # rad/s of the base: at seven times that it is lost within half a turn, at this it slips by 1 mm
-_TOUCHED = 0.0012  # m; height of the hand above its command from which on the floor holds it up
-_ON_FLOOR = 0.0015  # metres that the fingertips may then be above the floor; else they stand on the thing
-_OVER_FLOOR = 0.0003  # metres above it at which they close, below the middle of the thing
-_SETTLES, _FIRM, _FALLS = 0.15, 0.4, 0.4  # seconds for a hand to come to rest, a grip to hold, a thing to fall
-AT_FLOOR = 2.4  # seconds that it takes there to feel for the floor and to grip, about
-# Metres by which the commanded width of each finger is less than the thing's: with their servos that is 2 to 5 N.
-_SQUEEZE = 0.0012
-_EMPTY = 0.0008  # metres narrower than the thing, both together, at which they have closed on nothing
-# Metres from a child's middle to the hand's way between mid air and tray: within the first it goes no farther down (.02
-# are between the two then), within the second it does not begin, nor within the third when it has been in vain.
+_FEELING = 0.013  # m/s; speed of the fingertips that feel for the floor
+# m/s; speed of a hand with the thing, of which the fingertips hold 3 mm: in a turn it slips outwards by half of the
+# squared angle of every physics step, times the radius.
+CARRYING, _TURNING = 0.5, 0.07  # the second while the tucked hand turns
+_TURNS = 0.2  # rad/s; rate of the base's turns: slip 1 mm; at seven times that the thing is lost within half a turn
+_TOUCHED = 0.0012  # m; height of the hand above its command at which the floor holds it up
+_ON_FLOOR = 0.0015  # m; height of the fingertips at which that is the floor; above, it is the thing
+_OVER_FLOOR = 0.0003  # m; height above the floor at which they close, below the thing's middle
+_SETTLES, _FIRM, _FALLS = 0.15, 0.4, 0.4  # s; time of a hand to come to rest, a grip to hold, a thing to fall
+AT_FLOOR = 2.4  # s; approximate time at the floor, to feel for it and to grip
+_SQUEEZE = 0.0012  # m; each finger's command below the thing's radius, with their servos 2 to 5 N
+_EMPTY = 0.0008  # m; total width below the thing's at which the fingers have closed on nothing
+# m; distance of a child's centre from the hand's way between mid-air and tray within which the hand stops (a gap of
+# 0.02 m), does not begin, and does not begin again.
 _STOP, _BEGIN, _BEGIN_AGAIN = 0.23, 0.25, 0.27
-# Nor where a child can walk there, at so many m/s, before the hand is up again, or at least stops, seconds. One that is
-# nearer to the base than so many metres, and slower than so many m/s, is held up by it; so is one whose way leads as
-# near to its middle, as a share of the footprint.
+# Nor does it if a child can walk there, m/s, before the hand is up again or, once down, stops, s. The base holds up a
+# child within a gap, m, below a speed, m/s, and one that would pass its centre within a share of the footprint.
 _WALKS, _DOWN_AND_UP, _STOPS, _HELD_UP, _STANDS, _BEHIND = 0.45, 2.7, 0.4, 0.15, 0.1, 0.7
-_ANOTHER = 0.8  # radians from its heading from which on that which is away from the child is worth another turn
-_LINGERS = 3.0  # seconds that the hand waits in mid air for a child to go by
-_BESIDE, _LIFTS = 0.3, 2.0  # metres at which a child may not be while it grips and lifts, in so many seconds
-_IN_HAND = 0.15  # metres from the pinch point within which what they hold is seen: late, where with errors
-_STRAYED = 0.006  # metres that it may be from where the stance aims
-_UNSURE = 0.01  # metres that it may seem to be outside of the tray
+_ANOTHER = 0.8  # rad; change of the heading away from the child that is worth another turn
+_LINGERS = 3.0  # s; wait of the hand in mid-air for a child to go by
+_BESIDE, _LIFTS = 0.3, 2.0  # m, s; children must not come so near while the hand grips and lifts, within that time
+_IN_HAND = 0.15  # m; distance from the pinch point at which a held thing is seen, with delay and errors
+_STRAYED = 0.006  # m; greatest distance of the thing from the stance's aim
+_UNSURE = 0.01  # m; apparent distance outside of the tray of a thing in it
 
 
 class PickUp(Reaching):
-    """Picks something small up off the floor, and lets it fall into the tray. Done when it is seen there.
+    """Picks up a small thing from the floor, and drops it into the tray. Done when it is seen there.
 
-    The base stands still while the arm is out. The hand feels for the floor, so that the fingers close below the middle
-    of what is thin. It stops while a child is near, and comes back before one that comes. In mid air it is over their
-    heads. From there it goes down to the tray where no child is in its way; else the base gets away from the child with
-    the hand tucked, and turns the tray away from it; a child that follows it, it leads about. What fails is tried
-    three times.
+    The base rests while the arm is out. The hand feels for the floor, so that the fingers close below the middle of a
+    thin thing. It stops while a child is near, and withdraws before one that comes. In mid-air it is above their heads.
+    From there it goes down to the tray if no child is in its way; else the base drives away from the child with the
+    hand tucked, turns the tray away from it, and leads a child that follows about. Failures are retried, three attempts
+    in all.
 
     Attributes:
-        thing: Its number among those on the floor.
-        tries: How often the fingers have closed.
+        thing: Number of the thing among those on the floor.
+        tries: Number of times that the fingers have closed.
     """
 
     def __init__(self, navigator: Navigator, planner: RetrievalPlanner, thing: int):
@@ -74,11 +72,11 @@ class PickUp(Reaching):
         self._planner = planner
         self._stance: Stance | None = None
         self._aim = np.zeros(3)
-        self._search: Search[Stance | None] | None = None  # for one, under way
+        self._search: Search[Stance | None] | None = None  # for a stance, under way
         self._stage: Callable[[View, RobotMotion], Status] = self._approach
-        self._way: list[float] = []  # of the hand on its path, to go to one after the other
-        self._speed = math.inf  # of that at most
-        self._aside, self._yaw = StandAside(navigator), math.inf  # and the heading that it is to have there
+        self._way: list[float] = []  # next poses of the hand on its path
+        self._speed = math.inf  # greatest speed on it
+        self._aside, self._yaw = StandAside(navigator), math.inf  # and its heading there
         self._is_at_tray = False  # whether the hand's path leads to the tray
         self._until, self._failures = 0.0, 0
 
@@ -89,7 +87,7 @@ class PickUp(Reaching):
         return view.things[self.thing]
 
     def _approach(self, view: View, robot: RobotMotion) -> Status:
-        """Drive to where it can be picked up, and begin to reach there."""
+        """Drive to the stance, and begin to reach."""
         robot.reach(0.0)
         robot.grip(self.embodiment.grasp.open)
         if view.things_gone[self.thing]:
@@ -115,7 +113,7 @@ class PickUp(Reaching):
             return Status.FAILED
         if self._search is None:
             self._stance, self._aim = None, self._place(view).copy()
-            self.driver = Driver(self._navigator)  # the way there is another one
+            self.driver = Driver(self._navigator)  # for the new way
             self.driver.patience = patience
             self._search = Search(self._planner.to_pick_up_small(view, self.thing))
         if not self._search.go_on():
@@ -135,7 +133,7 @@ class PickUp(Reaching):
         elif view.things_gone[self.thing] or (comes and (robot.reached > UP or view.now > self._since + TIME_OUT)):
             self._withdraw(view, robot)
         elif (not comes or self._way[0] == UP) and self._goes_on(view, robot):
-            if feels:  # there is no floor
+            if feels:  # no floor
                 self._withdraw(view, robot)
             elif self._way == [path.goal]:
                 depth = LOW - self._height(path.joints(path.goal))
@@ -143,9 +141,9 @@ class PickUp(Reaching):
         return Status.COMMITTED
 
     def _close(self, view: View, robot: RobotMotion) -> Status:
-        """Go to just above the floor on which the fingertips stand."""
+        """Go to just above the floor that the fingertips stand on."""
         floor = self._height(view.arm)
-        # One behind the base is held up by that.
+        # The base holds up a child behind it.
         ahead = tuple(child for child in view.children if geometry.to_local(view.base, child.position)[0] > 0.0)
         if self._child_within(dataclasses.replace(view, children=ahead), _BESIDE, _LIFTS):
             self._withdraw(view, robot)
@@ -160,14 +158,13 @@ class PickUp(Reaching):
 
     def _grip(self, view: View, robot: RobotMotion) -> Status:
         robot.grip(layout.THING_RADIUS - _SQUEEZE)
-        slower = robot.grip_time / self.embodiment.grasp.grip_time  # where it is not seen exactly
+        slower = robot.grip_time / self.embodiment.grasp.grip_time  # with inexact sensing
         self._until = view.now + slower * _FIRM
         self._carry(view, robot, self._lift, UP)
         self._since = -math.inf
         return Status.COMMITTED
 
     def _lift(self, view: View, robot: RobotMotion) -> Status:
-        """Bring it up into mid air, if it comes with the hand."""
         if self._height(view.arm) > LOW and not self._is_in_hand(view):
             self._let_go(view, robot)
         elif self._goes_on(view, robot) and not self._way:
@@ -177,7 +174,7 @@ class PickUp(Reaching):
         return Status.COMMITTED
 
     def _put_in_tray(self, view: View, robot: RobotMotion) -> Status:
-        """Go down to the tray and let go; stay in mid air, or come back there, while a child is in the way."""
+        """Go down to the tray and let go; stay in mid-air, or return there, while a child is in the way."""
         is_up, goal = robot.reached == UP, float(robot.reach_path.goal)
         near, seconds = (_BEGIN, _DOWN_AND_UP) if is_up else (_STOP, _STOPS)
         is_barred = self._way == [goal] and self._child_at_tray(view, near, seconds)
@@ -185,11 +182,11 @@ class PickUp(Reaching):
             self._let_go(view, robot)
         elif is_barred and (not is_up or view.now > self._since + _LINGERS):
             self._aside, self._yaw = StandAside(self._navigator, moves_on=True), math.inf
-            robot.turn_gently(_TURNS)  # or it slips out
+            robot.turn_gently(_TURNS)  # else it slips out
             self._carry(
                 view, robot, self._keep_away, *([] if is_up else [UP]), 0.0, speed=_TURNING if is_up else CARRYING
             )
-            self._since = -math.inf  # at a creep at once, where it must
+            self._since = -math.inf  # creeps without delay
         elif is_barred:
             pass
         elif self._goes_on(view, robot):
@@ -200,9 +197,9 @@ class PickUp(Reaching):
         return Status.COMMITTED
 
     def _free_spot(self, view: View) -> float:
-        """Return the spot of the tray, one of `TRAY_SPOTS`, that is farthest from its contents."""
+        """Return the spot of the tray, one of `TRAY_SPOTS`, farthest from its contents."""
         tray = self.embodiment.tray
-        assert tray is not None  # the hand's way leads there
+        assert tray is not None  # required for the skill
         places = [(*geometry.to_local(view.base, (x, y)), z) for x, y, z in view.things.tolist()]
         lying = [place for place in places if tray.holds(place, _UNSURE)]
         return max(
@@ -215,7 +212,7 @@ class PickUp(Reaching):
         self._withdraw(view, robot)
 
     def _keep_away(self, view: View, robot: RobotMotion) -> Status:
-        """Get away from the children with the thing over their heads, until none is in the hand's way to the tray."""
+        """Drive away with the thing above the children's heads until none is in the hand's way to the tray."""
         if not self._is_in_hand(view):
             self._let_go(view, robot)
         elif self._way:
@@ -229,9 +226,9 @@ class PickUp(Reaching):
         return Status.COMMITTED
 
     def _step_aside(self, view: View, robot: RobotMotion) -> None:
-        """Get away from the children, and turn what the hand passes over away from the nearest, be it at a creep."""
+        """Drive away from the children, and turn the tray's side away from the nearest, if need be at a creep."""
         (x, y), place = _way_to_tray(arm_of(self.embodiment))[2], view.base[:2]
-        if not view.children:  # out of sight, it may stand anywhere
+        if not view.children:  # unseen ones may be anywhere
             self._aside.step(view, robot)
             return
         child = min((child.position for child in view.children), key=functools.partial(math.dist, place))
@@ -245,15 +242,14 @@ class PickUp(Reaching):
             robot.turn_to(self._yaw)
 
     def _withdraw(self, view: View, robot: RobotMotion) -> None:
-        """Retract the hand through the same poses, beside a child at a creep."""
+        """Retract the hand through the same poses, at a creep beside a child."""
         self._begin(view, self._come_back, *map(float, range(max(0, math.ceil(robot.reached) - 1), -1, -1)))
         self._since = -math.inf
 
     def _come_back(self, view: View, robot: RobotMotion) -> Status:
-        """Tuck the arm, and look again."""
         if self._goes_on(view, robot) and not self._way:
             self._stage, self._stance = self._approach, None
-            self._failures += 1  # unless it is in the tray
+            self._failures += 1  # no failure if it is in the tray
             self.driver.patience.begin_anew()
         return Status.COMMITTED
 
@@ -269,8 +265,8 @@ class PickUp(Reaching):
         self._speed = speed / robot.reach_path.longest(arm_of(self.embodiment), robot.reached, way[0])
 
     def _goes_on(self, view: View, robot: RobotMotion) -> bool:
-        """Move the hand on along its way; return whether it has just come to the next pose of that."""
-        if max(robot.reached, self._way[0]) <= UP:  # over the children's heads
+        """Move the hand along its way; return whether it has just reached the next pose."""
+        if max(robot.reached, self._way[0]) <= UP:  # above the children's heads
             robot.reach(self._way[0], speed=self._speed)
             is_there = robot.reached == self._way[0]
         else:
@@ -287,10 +283,7 @@ class PickUp(Reaching):
         )
 
     def _child_at_tray(self, view: View, near: float, seconds: float) -> bool:
-        """Whether a child is so near to the hand's way between mid air and tray, or can be within seconds.
-
-        It cannot if the base is in between.
-        """
+        """Return whether a child, unless behind the base, is or can soon be near the hand's way to the tray."""
         way = [geometry.to_world(view.base, place) for place in _way_to_tray(arm_of(self.embodiment))]
         near, middle = near + view.unsure, way[len(way) // 2]
         for child in view.children:
@@ -308,7 +301,7 @@ class PickUp(Reaching):
         return float(arm_of(self.embodiment).pinch(joints)[2]) - self.embodiment.fingertip
 
     def _is_in_hand(self, view: View) -> bool:
-        """Return whether the fingers hold something, and the thing is seen between them."""
+        """Return whether the fingers hold something, with the thing seen between them."""
         near = math.dist(self._place(view), hand_position(view, self.embodiment)) < _IN_HAND
         return near and view.fingers > 2 * layout.THING_RADIUS - _EMPTY
 
@@ -320,6 +313,6 @@ class PickUp(Reaching):
 
 @functools.cache
 def _way_to_tray(arm: Arm) -> list[Vector]:
-    """Return where the hand is from mid air on until it is over the tray, (x, y) in the base's frame."""
+    """Return the hand's places from mid-air to the tray, (x, y) in the base's frame."""
     path = tray_path(arm)
     return [(x, y) for x, y, _ in (arm.pinch(path.joints(s)).tolist() for s in np.linspace(UP, path.goal, 5))]

@@ -17,28 +17,24 @@ from caregiver_mj.robot.skills.at_table import BESIDE_TABLE, AtTable
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import LOOSE, View
 
-# Metres outwards in the hand from which on a candle has slipped, as it does when the base turns, the farther the faster
-# that is; from which on it may slip out before it has got to a table; and how fast the base then turns, rad/s.
+# m; slip of a candle outwards in the hand, which grows with the rate of turns, from which on the base turns gently, and
+# from which on it turns at most at the third, rad/s, lest the candle be lost.
 _SLIPPED, _NEARLY_OUT, _SLOWLY = 0.008, 0.016, 0.4
-# Cosine of a tilt in the hand from which on the fingers may have less of a candle than its foot tells: it turns slowly.
+# Cosine of a candle's tilt in the hand beyond which the fingers may hold less of it than its foot shows: turn slowly.
 _UPRIGHT = math.cos(math.radians(5.0))
-# Metres above the table at which a candle is let go, for a hand that still settles must not set it down; and how much
-# higher a wider thing is, whose edge gets there first: by so much of what it is wider.
+# m; height of release above the table, so that a settling hand does not set the candle down; its increase as a share of
+# a wider thing's excess radius, because its edge arrives first.
 _PLACE_GAP, _EDGE = 0.002, 0.12
-# A hand that comes down slowly, nearer to the end of its way than this, has set the candle down if it lags behind by
-# the second, metres; else it does so by half of that.
+# m; remaining way of a descending hand within which a lag above the second, m, shows that the candle has landed. Its
+# usual lag is half of that.
 _LANDS_WITHIN, _LANDED = 0.02, 0.0016
-# Where a candle is put down if the middle of the table is taken: metres to the side of it, in the order of preference.
-_SPOTS = (0.0, 0.06, -0.06, 0.12, -0.12, 0.18, -0.18)
-_LOOK_INTERVAL = 0.3  # seconds between looks at the table
-_FULL_TIME = 1.7  # seconds that it waits at a table without room: one novice timestep
+_SPOTS = (0.0, 0.06, -0.06, 0.12, -0.12, 0.18, -0.18)  # m aside of a table's centre, in order of preference
+_LOOK_INTERVAL = 0.3  # s between looks at the table
+_FULL_TIME = 1.7  # s; wait at a table without room: one novice timestep
 
 
 class Place(AtTable):
-    """Puts the candle in the hand down on a table: in the middle, or beside what stands there.
-
-    One that has failed has still got the candle in the hand.
-    """
+    """Puts the candle in the hand down on a table, at or near its centre; keeps it in the hand after a failure."""
 
     def __init__(self, navigator: Navigator, candle: int, table: int):
         super().__init__(navigator, candle, table, loaded=True)
@@ -46,16 +42,16 @@ class Place(AtTable):
         self._spot: Vector | None = None
         self._spot_seen_from: Cell | None = None
         self._look_at, self._full_until = 0.0, math.inf
-        self._commanded = math.inf  # m; commanded height of the hand, a control timestep ago
+        self._commanded = math.inf  # m; previous commanded height of the hand
 
     def _approach(self, view: View, robot: RobotMotion) -> Status:
-        # Fingers that are closer than it is wide may still hold it, by its edge.
+        # Fingers closer than its width may still hold it by its edge.
         is_unsure = hand_is_empty(view, self.thing) or robot.reached < 1e-6
         if is_unsure and not is_at_hand(view, self.embodiment, self.candle, self.thing):
-            return Status.OVERTAKEN  # it was lost on the way
+            return Status.OVERTAKEN  # lost on the way
         if view.now >= self._look_at or self.stand != self._spot_seen_from:
             self._spot, self._look_at = self._free_spot(view), view.now + _LOOK_INTERVAL
-        if self._spot is None:  # there is no room on this table, perhaps not for long
+        if self._spot is None:  # no room on this table, perhaps temporarily
             self._full_until = min(self._full_until, view.now + _FULL_TIME)
             robot.reach(0.0)
             return Status.FAILED if view.now >= self._full_until else self.status
@@ -84,7 +80,7 @@ class Place(AtTable):
         return Status.COMMITTED if on_last else Status.RUNNING
 
     def _has_landed(self, view: View, robot: RobotMotion) -> bool:
-        """Return whether the candle meets the table early, so that the hand stops coming down."""
+        """Return whether the candle meets the table early, so that the hand must stop."""
         arm, path = arm_of(self.embodiment), robot.reach_path
         commanded, self._commanded = self._commanded, float(arm.pinch(path.joints(robot.reached))[2])
         is_near = self._commanded - float(arm.pinch(path.joints(path.goal))[2]) < _LANDS_WITHIN
@@ -103,10 +99,10 @@ class Place(AtTable):
     def _retreat(self, view: View, robot: RobotMotion) -> Status:
         if robot.reached > self._out(self.embodiment.approach.drive, view):
             return Status.COMMITTED
-        return Status.DONE if view.stands_on_table(self.candle, self.table) else Status.OVERTAKEN  # it has fallen
+        return Status.DONE if view.stands_on_table(self.candle, self.table) else Status.OVERTAKEN
 
     def _free_spot(self, view: View) -> Vector | None:
-        """A place on the table with room for the candle and the hand, as near to the middle as can be, or None."""
+        """Return the place nearest to the table's centre with room for candle and hand, or None."""
         if self.stand is None:
             self.stand = self._choose_stand(view)
         self._spot_seen_from = self.stand
@@ -114,7 +110,7 @@ class Place(AtTable):
         x, y = self._ahead(self.stand)
         aside = np.array([-y, x])
         width, candle = self.embodiment.clearances.hand_width, layout.CANDLE_RADIUS
-        taken = []  # from where to where, aside of the middle
+        taken = []  # intervals, m aside of the centre
         for i in np.flatnonzero(np.abs(view.candles[:, :2] - middle).max(axis=1) < BESIDE_TABLE):
             thing = self._things[i]
             ends = view.candles[i] + np.outer([0.0, thing.height], view.candle_axis(int(i)))
@@ -127,11 +123,11 @@ class Place(AtTable):
         return None
 
     def _measure(self, view: View) -> tuple[Vector, float]:
-        """Measure the candle's place in the hand again; it may have slipped.
+        """Measure the candle's place in the hand, because it may have slipped.
 
         Returns:
-            Position of its foot relative to the pinch point (base frame, rounded to 1 mm so that noise moves no
-            goals), and how far that is below the pinch point.
+            Position of its foot relative to the pinch point, in the base's frame, rounded to 1 mm so that noise moves
+            no goals; and the foot's depth below the pinch point, m.
         """
         x, y, z = hand_position(view, self.embodiment).tolist()
         foot = view.candles[self.candle].tolist()

@@ -1,4 +1,4 @@
-"""Shared by skills that pick up from anywhere: the hand of a base at rest keeps out of the children's way."""
+"""Shared by skills that pick up anywhere: the hand of a resting base stays out of the children's way."""
 
 from __future__ import annotations
 
@@ -16,32 +16,31 @@ from caregiver_mj.robot.separation import is_child_at_line
 from caregiver_mj.robot.skills.skill import Skill
 from caregiver_mj.robot.view import View
 
-_STILL_TIME, _SHIFT = 0.3, 0.003  # seconds for which it must have lain still, and metres by which it may seem to move
-_CHILD_AWAY = 1.2  # metres from any child to the thing, for the hand to go there
-_CHILD_COMES, _COMES_SOON = 0.7, 1.0  # metres below which it is withdrawn if a child may be so near, within seconds
-_CHILD_NEAR, _NEAR_SOON = 0.6, 0.4  # the same, below which it does not go on
-_CHILD_BESIDE, _BESIDE_SOON = 0.3, 0.3  # the same, below which it does not move at all
+_STILL_TIME, _SHIFT = 0.3, 0.003  # s, m; time that the thing must have lain still, and apparent motion of a still one
+_CHILD_AWAY = 1.2  # m; distance of all children from the thing for the hand to go there
+_CHILD_COMES, _COMES_SOON = 0.7, 1.0  # m, s; the hand withdraws if a child may be so near within that time
+_CHILD_NEAR, _NEAR_SOON = 0.6, 0.4  # m, s; the same for going no farther
+_CHILD_BESIDE, _BESIDE_SOON = 0.3, 0.3  # m, s; the same for not moving at all
 
 
 class Reaching(Skill):
-    """Reaches for a thing that lies somewhere. The hand stops while a child is near."""
+    """Reaches for a thing anywhere. The hand stops while a child is near."""
 
     def __init__(self, navigator: Navigator, loaded: bool = False):
         super().__init__(navigator, loaded)
-        self._since = 0.0  # when the hand began to go out, to grip or to withdraw
+        self._since = 0.0  # s; begin of reaching, gripping or withdrawing
         self._seen, self._seen_since = np.full(3, np.inf), 0.0
 
     @abc.abstractmethod
     def _place(self, view: View) -> np.ndarray:
-        """Where the thing is, (3,)."""
+        """Return the position of the thing, (3,)."""
 
     def _reach(
         self, view: View, robot: RobotMotion, pose: float, speed: float = math.inf, comes_back: bool = False
     ) -> bool:
-        """Move the hand on to a pose on its path, unless a child is near it; return whether it is there.
+        """Move the hand to a pose on its path, unless a child is near it; return whether it is there.
 
-        It is no faster than a speed on that path. `comes_back` says that it comes back, although the pose is farther on
-        it.
+        Its speed on the path is limited. `comes_back` marks a return along poses that increase.
         """
         comes_back, creeps = comes_back or pose < robot.reached, view.now > self._since + TIME_OUT
         if comes_back:
@@ -58,7 +57,7 @@ class Reaching(Skill):
         return robot.reached == pose and not waits
 
     def _child_within(self, view: View, distance: float, seconds: float) -> bool:
-        """Whether a child is, or may be within seconds, nearer than that to the thing, the hand, or the arm."""
+        """Return whether a child is, or may be within `seconds`, so near to the thing, the hand or the arm."""
         thing, hand = self._place(view)[:2].tolist(), hand_position(view, self.embodiment)[:2].tolist()
         edge = geometry.to_world(view.base, (self.embodiment.footprint, 0.0))
         return (
@@ -68,16 +67,14 @@ class Reaching(Skill):
         )
 
     def _child_comes(self, view: View) -> bool:
-        """Whether a child may shortly be so near that the hand comes back."""
+        """Return whether a child may soon be so near that the hand must withdraw."""
         return self._child_within(view, _CHILD_COMES, _COMES_SOON)
 
     def _is_alone(self, view: View) -> bool:
-        """Whether no child is near the thing, nor the hand."""
         places = self._place(view), hand_position(view, self.embodiment)
         return min(view.child_distance(place[:2]) for place in places) > _CHILD_AWAY
 
     def _lies_still(self, view: View) -> bool:
-        """Whether the thing has been in its place for a moment."""
         place = self._place(view)
         if np.abs(place - self._seen).max() > _SHIFT:
             self._seen, self._seen_since = place.copy(), view.now

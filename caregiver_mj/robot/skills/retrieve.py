@@ -17,22 +17,22 @@ from caregiver_mj.robot.skills.reaching import Reaching
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
 
-_FIRM_GRIP_TIME = 0.3  # seconds from closing to a grip that has found hold, or nothing
-_CHOICE_INTERVAL = 1.0  # seconds between choices of a place
+_FIRM_GRIP_TIME = 0.3  # s; time of the fingers to hold firmly, or close on nothing
+_CHOICE_INTERVAL = 1.0  # s between choices of a stance
 
 
 class Retrieve(Reaching):
-    """Picks a candle up from where it lies, on a table or on the floor, and tucks it upright.
+    """Picks up a lying candle, from a table or the floor, and tucks it upright.
 
-    Where it lies such that the arm cannot do that at once, it is taken out to the open floor first, and picked up
-    there. There is no hurry in it but the child's: the base stands still while the arm is out, the hand stops while
-    a child is near and comes back before one that walks there, and what fails is tried again. If one stays beside it
-    for ever, the hand comes back at a creep in the end. One that has failed may still have got the candle in the hand.
+    A candle that the arm cannot take so at once is first laid down on open floor, and picked up there. The base rests
+    while the arm is out. The hand stops while a child is near, and withdraws before one that comes; failures are
+    retried. Beside a child that stays, the hand finally returns at a creep. After a failure the candle may still be in
+    the hand.
 
     Attributes:
         candle: Index of the candle.
-        pitch_down: Of the hand when it lays down what it holds, radians; None if it holds nothing that must be. It is
-            given to one that goes on with what another has failed to lay down.
+        pitch_down: Pitch of the hand for laying down the candle in it, rad; None if it need not be. It is passed on to
+            the skill that continues after a failure.
     """
 
     def __init__(self, navigator: Navigator, planner: RetrievalPlanner, candle: int, pitch_down: float | None = None):
@@ -43,17 +43,17 @@ class Retrieve(Reaching):
             self.status = Status.COMMITTED
         self._planner = planner
         self._stance: Stance | None = None
-        self._search: Search[Stance | None] | None = None  # for one, under way
-        self._steps: list[tuple[float, float | None]] = []  # of the hand: pose on its path to go to, gripper there
+        self._search: Search[Stance | None] | None = None  # for a stance, under way
+        self._steps: list[tuple[float, float | None]] = []  # of the hand: next pose on its path, gripper command there
         self._until = self._choose_at = 0.0
         self._failures = 0
-        self._withdraws = False  # because a child comes
+        self._withdraws = False  # before a child
 
     def _place(self, view: View) -> np.ndarray:
         return view.candles[self.candle]
 
     def still_holds(self, view: View) -> bool:
-        """Return whether, having failed, it has got a candle in the hand that must be laid down."""
+        """Return whether, after a failure, a candle that must be laid down is in the hand."""
         return self.pitch_down is not None and has_in_hand(view, self.embodiment, self.candle, self._thing)
 
     def _act(self, view: View, robot: RobotMotion) -> Status:
@@ -61,7 +61,7 @@ class Retrieve(Reaching):
         holds = robot.closes and has_in_hand(view, self.embodiment, self.candle, self._thing)
         if not self._steps:
             return self._approach(view, robot, still, holds)
-        goes_out = any(grip is not None for _, grip in self._steps)  # else what is left is to come back
+        goes_out = any(grip is not None for _, grip in self._steps)  # else only the return is left
         if not self._withdraws and goes_out and self._child_comes(view):
             self._withdraw(view, robot)
         if view.now < self._until or not self._reach(view, robot, self._steps[0][0]):
@@ -71,15 +71,15 @@ class Retrieve(Reaching):
             robot.grip(grip)
             self._since, self._until = view.now, view.now + max(_FIRM_GRIP_TIME, robot.grip_time)
         elif not (still or robot.closes):
-            del self._steps[: -round(robot.reached)]  # it has been moved: come back without it
+            del self._steps[: -round(robot.reached)]  # it has moved: come back without it
         return Status.COMMITTED if self._steps else self._end(holds)
 
     def _approach(self, view: View, robot: RobotMotion, still: bool, holds: bool) -> Status:
-        """Drive to where the candle can be picked up (or put down), and begin to reach there."""
+        """Drive to the stance for picking up or laying down, and begin to reach."""
         robot.reach(0.0)
         if not holds:
             robot.grip(self.embodiment.grasp.opened(self._thing))
-        elif self.pitch_down is None:  # a bump made it seem lost, but it has been in the hand all along
+        elif self.pitch_down is None:  # it only seemed lost after a bump
             return Status.DONE if robot.reached == 0.0 else Status.COMMITTED
         if self._stance is None or not (still or holds):
             return self._choose_stance(view, still, holds)
@@ -98,26 +98,26 @@ class Retrieve(Reaching):
         return _unless_in_hand(holds)
 
     def _choose_stance(self, view: View, still: bool, holds: bool) -> Status:
-        """Look for a place to pick the candle up, or to lay it down; not all the time, for it takes long."""
+        """Search for a stance to pick the candle up or lay it down; rarely, because a search takes long."""
         self._stance = None
         if self.driver.is_loaded != holds:
             self.driver = Driver(self._navigator, loaded=holds)
-            self._search = None  # what was looked for was another thing
+            self._search = None  # it was for the other task
         if not (still or holds):
             self._search = None
         patience = self.driver.patience
         patience.note(sys.maxsize, view.now)
-        if self._search is None:  # one that is under way ends by itself
+        if self._search is None:  # a search under way ends by itself
             if patience.is_over(view.now):
                 return Status.FAILED
             if not (still or holds) or view.now < self._choose_at:
                 return _unless_in_hand(holds)
             self._choose_at = view.now + _CHOICE_INTERVAL
-            self.driver = Driver(self._navigator, loaded=holds)  # the way there is another one
+            self.driver = Driver(self._navigator, loaded=holds)  # for the new way
             self.driver.patience = patience
             planner, pitch = self._planner, self.pitch_down
             if holds:
-                assert pitch is not None  # it is in the hand because it has been picked up
+                assert pitch is not None  # set by the pick-up
                 self._search = Search(planner.to_lay_down(view, self.candle, pitch))
             else:
                 self._search = Search(planner.to_pick_up(view, self.candle))
@@ -127,14 +127,13 @@ class Retrieve(Reaching):
         return Status.OUT_OF_REACH if self._stance is None and not holds else _unless_in_hand(holds)
 
     def _end(self, holds: bool) -> Status:
-        """Choose what to do once the arm is tucked."""
-        assert self._stance is not None  # the one at which it began to reach
+        assert self._stance is not None  # of the reach
         if not self._withdraws:
             self.pitch_down, self._stance = self._stance.pitch_down, None
             if holds and self.pitch_down is None:
                 return Status.DONE
         self._withdraws = False
-        self._failures += not holds  # or it has been laid down once more
+        self._failures += not holds  # or it has been laid down again
         self.driver.patience.begin_anew()
         return Status.FAILED if self._failures == ATTEMPTS else _unless_in_hand(holds)
 
@@ -146,5 +145,5 @@ class Retrieve(Reaching):
 
 
 def _unless_in_hand(holds: bool) -> Status:
-    """It may be interrupted unless it has got the candle in the hand."""
+    """Return an interruptible status, unless the candle is in the hand."""
     return Status.COMMITTED if holds else Status.RUNNING

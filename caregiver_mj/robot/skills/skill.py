@@ -1,4 +1,4 @@
-"""The base class of skills, and the skills that only drive: rest, stand aside, go to a cell, block."""
+"""The base class of skills, and skills that only drive: rest, stand aside, go to a cell, block."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from caregiver_mj.robot.separation import child_cells
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
 
-_THERE = 0.03  # metres; a base that rests so near to the landing's middle blocks it
+_THERE = 0.03  # m; distance of a resting base from the landing's centre at which it blocks it
 
 
 class Skill(abc.ABC):
     """Something that the robot can do.
 
     Attributes:
-        embodiment: The robot that does it.
-        driver: Drives it to where it wants to stand, at first with a candle in the hand if it is `loaded`.
-        status: What its last step has come to; RUNNING before the first.
+        embodiment: The robot.
+        driver: Drives the base, at first with a candle in the hand if `loaded`.
+        status: Status after the last step; RUNNING before the first.
     """
 
     def __init__(self, navigator: Navigator, loaded: bool = False):
@@ -32,17 +32,17 @@ class Skill(abc.ABC):
         self._navigator = navigator
 
     def step(self, view: View, robot: RobotMotion) -> Status:
-        """Act for one control timestep. What has ended is not stepped any more, except for `Block` and `GoTo`."""
+        """Act for one control timestep. After its end a skill is not stepped, except for `Block` and `GoTo`."""
         self.status = self._act(view, robot)
         return self.status
 
     @abc.abstractmethod
     def _act(self, view: View, robot: RobotMotion) -> Status:
-        """Set goals for one control timestep."""
+        """Set goals for one control timestep, and return the status."""
 
 
 class Rest(Skill):
-    """Comes to rest, with the hand in. Never done."""
+    """Comes to rest with the hand in. Never done."""
 
     def _act(self, view: View, robot: RobotMotion) -> Status:
         robot.reach(0.0)  # a base that no skill drives stops by itself
@@ -51,20 +51,15 @@ class Rest(Skill):
 
 
 class StandAside(Skill):
-    """Keeps out of the children's way, for as long as there is nothing else to do. Never done.
+    """Stays out of the children's way while there is nothing else to do. Never done.
 
     Attributes:
-        cell: Where it keeps; None before the first step.
-        yaw: The heading that it is to have there, radians; None if any will do.
+        cell: Its refuge; None before the first step.
+        yaw: Its heading there, rad; None for any.
     """
 
     def __init__(self, navigator: Navigator, moves_on: bool = False):
-        """Prepare it.
-
-        Args:
-            navigator: Of the house and the robot.
-            moves_on: Whether it leads a child that follows it from one place to another.
-        """
+        """Prepare the skill; with `moves_on` it leads a child that follows it from one refuge to another."""
         super().__init__(navigator)
         self.cell: Cell | None = None
         self.yaw: float | None = None
@@ -87,7 +82,7 @@ class StandAside(Skill):
 
 
 class GoTo(Skill):
-    """Goes to a cell. Done when the base is there; keeps to it as long as it is stepped."""
+    """Goes to a cell. Done when the base is there; stays as long as it is stepped."""
 
     def __init__(self, navigator: Navigator, cell: Cell):
         super().__init__(navigator)
@@ -99,10 +94,10 @@ class GoTo(Skill):
 
 
 class Block(Skill):
-    """Stands in a stairwell. Done when the base is there; goes on standing as long as it is stepped.
+    """Stands in a stairwell. Done when the base is there; stays as long as it is stepped.
 
     Attributes:
-        stairwell: Its index.
+        stairwell: Index of the stairwell.
         cell: Its landing.
     """
 
@@ -116,10 +111,10 @@ class Block(Skill):
     def _act(self, view: View, robot: RobotMotion) -> Status:
         robot.reach(0.0)
         goal = self._navigator.centres[self.cell]
-        # Between the panels it cannot turn any more: a robot that does not see all round comes in backwards.
+        # Between the panels it cannot turn: a robot with a narrow view comes in backwards.
         status = self.driver.drive(view, robot, goal, self.cell, None if view.gaze is None else self._outwards)
         there = status is Status.DONE or (math.dist(goal, view.base[:2]) < _THERE and not robot.moving)
         if status is Status.FAILED or not there:
             return status
-        self.driver.patience.last_for_ever()  # it stays, even if it is pushed
+        self.driver.patience.last_for_ever()  # it stays, even if pushed
         return Status.DONE
