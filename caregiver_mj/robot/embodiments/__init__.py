@@ -32,7 +32,7 @@ def _maker(name: str, summary: str) -> Callable[[], Embodiment]:
 
 
 _OWN = {
-    "mobile_fr3": "A mecanum base with an arm of the Franka Research 3's kinematics, of seven joints.",
+    "mobile_fr3": "A base on steered wheels with an arm of the Franka Research 3's kinematics, of seven joints.",
     "mobile_ur5e": "A square base on omnidirectional wheels with an arm of the UR5e's kinematics, of six joints.",
 }
 
