@@ -21,33 +21,13 @@ from caregiver_mj.caregivers.answers import replayed
 
 READERS, COUNT = sys.argv[1].split(","), int(sys.argv[2])
 GIVEN, SCRATCH = map(pathlib.Path, sys.argv[3:5])
-ODD = [
-    None,
-    True,
-    -1,
-    0,
-    5,
-    10**18,
-    10**400,
-    1e308,
-    float("nan"),
-    float("inf"),
-    "",
-    "\x1b[31m\u202e",
-    "x" * 10**5,
-    [],
-    {},
-]
+ODD = [None, True, -1, 0, 5, 10**18, 10**400, 1e308, float("nan"), float("inf"), "", "\x1b[31m\u202e", "x" * 10**5]
+ODD += [[], {}]
 ODD += ["antigravity:x", "os:abort", "http://127.0.0.1:9/x", "chat:X", "[/foo]", "venv.__main__:x:0.5"]
 ODD += ["](javascript:a)", "$\\frac{$"]
 ODD += [[[[[]]]], {"a": [{}]}, ["none"], "none", "floor", "house", "grid", "../../etc/passwd", "/dev/zero", "1" * 5000]
 SEEN = []
 FORBIDDEN = ("socket.", "subprocess.Popen", "os.exec", "os.system", "os.posix_spawn", "os.fork")
-ROOTS = {
-    pathlib.Path(sys.prefix).resolve(),
-    pathlib.Path(sys.base_prefix).resolve(),
-    pathlib.Path(cli.__file__).parents[2],
-}
 STRANGE = ("antigravity", "venv", "http.server", "this")
 
 

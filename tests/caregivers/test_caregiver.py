@@ -252,25 +252,6 @@ def test_every_caregiver_decides_for_each_world_alone_and_only_on_hazards(text, 
                 assert safe not in percept.candle_table[i]
 
 
-# -- Passing over ----------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", ["paper", "nearest", "random"])
-def test_a_caregiver_passes_over_what_is_out_of_reach(name):
-    plan = FloorPlan.load("paper")
-    caregiver = make_caregiver(name, plan)
-    caregiver.reset(1, [3])
-    nothing, candles, cell = np.array([NOTHING]), np.array([plan.candle_tables]), np.array([[20]])
-    open_to_all = Percept(cell, cell, nothing[None], np.array([5]), candles, nothing)
-    first = int(caregiver.choose(open_to_all)[0])
-    out_of_reach = (np.arange(len(plan.hazards)) == first)[None]
-    second = int(caregiver.choose(dataclasses.replace(open_to_all, out_of_reach=out_of_reach))[0])
-    assert first != NOTHING
-    assert second not in (first, NOTHING)
-    nowhere = dataclasses.replace(open_to_all, out_of_reach=np.ones_like(out_of_reach))
-    assert caregiver.choose(nowhere)[0] == NOTHING
-
-
 # -- Several children ------------------------------------------------------------------------------
 
 
@@ -347,6 +328,3 @@ def test_a_candle_on_the_floor_is_protected_like_any_other_as_near_as_its_cell(c
     seen = dataclasses.replace(see(child_cell, candle_table=((NOTHING,),)), candle_cell=np.array([[3]]))
     caregiver = make_caregiver("nearest", CORRIDOR)
     assert caregiver.hazard_distances(seen).tolist() == [[[child_cell + 1, moves]]]
-
-
-# -- The registry --------------------------------------------------------------------------------

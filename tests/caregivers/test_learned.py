@@ -3,13 +3,10 @@
 import dataclasses
 
 import numpy as np
-import pytest
 
 from caregiver_mj.caregivers import learned
 from caregiver_mj.caregivers.learned import LearnedCaregiver, layers
 from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.children.random_stream import RandomStream
-from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.interventions.verb import BLOCK, DO_NOTHING, RELOCATE, STAND_ASIDE
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
@@ -81,14 +78,6 @@ def test_the_network_by_hand():
     assert layers(net, rows, np.zeros((2, 1)), counts)[-1].tolist() == [16, 17, 30, 36]
     # One more of each in the first world, and with the first feature itself on top.
     assert layers(net | {"skip": np.ones(1)}, rows, np.array([[1.0], [0.0]]), counts)[-1].tolist() == [28, 30, 29, 42]
-
-
-@pytest.mark.parametrize(("name", "children"), [("paper", 1), ("home-500001", 2)])
-def test_an_episode_does_not_depend_on_its_batch(name, children):
-    plan = FloorPlan.load(name)
-    families = [RandomStream.draw_group(np.random.RandomState(seed), children, 40) for seed in range(3)]
-    run = lambda some: GridWorld(plan, [0.5] * children, LearnedCaregiver(plan)).run(some).damage  # noqa: E731
-    assert (run(families) == np.concatenate([run([family]) for family in families])).all()
 
 
 def test_a_house_too_large_for_that_planner_does_without(monkeypatch):

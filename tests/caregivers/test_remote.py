@@ -78,6 +78,7 @@ class Model:
         )
 
 
+GRID = ["evaluate", "--world", "grid", "--epsilon", "0.5", "--episodes", "1"]
 FINE = b'{"target": null}'
 FAULTS = {
     # Of the first three nothing is wrong but that they come late, or have no end.
@@ -254,17 +255,7 @@ def test_who_does_not_see_everything_gets_no_view_from_above(server):
 
 
 def test_a_second_run_in_one_process_has_its_own_budget(server):
-    command = [
-        "evaluate",
-        "--world",
-        "grid",
-        "--caregiver",
-        f"{server.address}/judge",
-        "--epsilon",
-        "0.5",
-        "--episodes",
-        "1",
-    ]
+    command = [*GRID, "--caregiver", f"{server.address}/judge"]
     assert main([*command, "--max-calls", "0"]) == 0
     assert not server.asked
     assert main(command) == 0
@@ -291,7 +282,7 @@ def test_processes_of_a_run_without_a_folder_share_its_budget(server):
 
 
 def test_a_run_keeps_its_exchanges_and_its_budget(server, tmp_path, capsys):
-    command = ["evaluate", "--world", "grid", "--episodes", "1", "--epsilon", "0.5", "--max-calls", "3"]
+    command = [*GRID, "--max-calls", "3"]
     asks = f"{server.address}/garbage"
     assert main([*command, "--caregiver", "none", asks, "--out", str(tmp_path / "run")]) == 0
     lines = [json.loads(line) for file in (tmp_path / "run/exchanges").glob("*.jsonl") for line in file.open()]
@@ -300,7 +291,7 @@ def test_a_run_keeps_its_exchanges_and_its_budget(server, tmp_path, capsys):
 
 
 def test_a_run_is_not_continued_with_another_way_of_asking(server, tmp_path, capsys):
-    command = ["evaluate", "--world", "grid", "--episodes", "1", "--epsilon", "0.5", "--caregiver", "none"]
+    command = [*GRID, "--caregiver", "none"]
     asks, folder = f"{server.address}/garbage", ["--out", str(tmp_path / "run")]
     assert main([*command, asks, *folder, "--max-calls", "3"]) == 0
     assert main([*command, asks, *folder, "--max-calls", "4", "--resume"]) == 2
@@ -310,7 +301,7 @@ def test_a_run_is_not_continued_with_another_way_of_asking(server, tmp_path, cap
 
 
 def test_a_model_is_asked_no_more_once_its_tokens_are_used_up(server, capsys):
-    command = ["evaluate", "--world", "grid", "--episodes", "1", "--epsilon", "0.5", "--max-tokens", "250"]
+    command = [*GRID, "--max-tokens", "250"]
     assert main([*command, "--caregiver", "none", "chat:some-model"]) == 0
     assert len(server.asked) == 3  # of 100 tokens each
     assert "x the budget of 250 tokens is used up" in capsys.readouterr().out
@@ -378,16 +369,8 @@ def test_whatever_else_comes_is_an_abstention(server, tmp_path, monkeypatch, fau
     if name == "http" and fault in IN_A_CHAT:
         pytest.skip("an answer of a chat")
     monkeypatch.setenv("OPENAI_API_KEY", "secret")
-    address = f"{server.address}/{fault.replace(' ', '%20')}"
-    monkeypatch.setenv("OPENAI_BASE_URL", address)
-    plan = FloorPlan.load("paper")
-    queries = Queries(patience=0.3, folder=str(tmp_path))
-    caregiver = make_caregiver(address if name == "http" else "chat:m", plan, 0, queries)
-    world = GridWorld(plan, 0.5, caregiver)
-    world.reset([episode_streams(1, 1)])
-    world.move_children()
-    assert caregiver.choose(world.percept()).tolist() == [-1]
-    (exchange,) = [json.loads(line) for file in tmp_path.glob("*.jsonl") for line in file.read_text().splitlines()]
+    address = asking(monkeypatch, name, f"{server.address}/{fault.replace(' ', '%20')}")
+    exchange = asked_once(address, tmp_path, 0.3)
     assert exchange["abstention"]
     assert "secret" not in json.dumps(exchange)
 
@@ -405,6 +388,12 @@ def asked_once(address, tmp_path, patience=0.5, **queries):
     caregiver.choose(world.percept())
     lines = [line for file in (tmp_path / "exchanges").glob("*.jsonl") for line in file.open()]
     return json.loads(lines[-1])
+
+
+def asking(monkeypatch, name, address):
+    """The caregiver that asks at an address, as it is or as a model's server."""
+    monkeypatch.setenv("OPENAI_BASE_URL", address)
+    return address if name == "http" else "chat:m"
 
 
 def fault(monkeypatch, act):
@@ -433,8 +422,7 @@ def trickle(handler):
 @pytest.mark.parametrize("slow", [trickle, lambda handler: headers(handler, "Retry-After: 20", "", status=429)])
 def test_one_deadline_covers_headers_and_waits(server, tmp_path, monkeypatch, name, slow):
     fault(monkeypatch, slow)
-    monkeypatch.setenv("OPENAI_BASE_URL", f"{server.address}/fault")
-    address = f"{server.address}/fault" if name == "http" else "chat:m"
+    address = asking(monkeypatch, name, f"{server.address}/fault")
     LEFT.clear()
     assert asked_once(address, tmp_path)["abstention"]
     assert len(server.asked) == 1  # it has not waited to ask once more
@@ -450,8 +438,7 @@ def test_a_compressed_answer_is_refused_before_it_is_unpacked(server, tmp_path, 
         handler.wfile.write(bomb)
 
     fault(monkeypatch, act)
-    monkeypatch.setenv("OPENAI_BASE_URL", f"{server.address}/fault")
-    address = f"{server.address}/fault" if name == "http" else "chat:m"
+    address = asking(monkeypatch, name, f"{server.address}/fault")
     assert asked_once(address, tmp_path, 5.0)["abstention"]
     assert server.asked[0][0]["Accept-Encoding"] == "identity"
 
@@ -466,7 +453,7 @@ def test_requests_of_a_client_are_counted_over_resume(server, tmp_path, monkeypa
 @pytest.mark.parametrize("name", ["http://127.0.0.1:9", "chat:m"])
 def test_without_a_server_a_run_ends_in_a_line(monkeypatch, capsys, name):
     monkeypatch.setenv("OPENAI_BASE_URL", "http://127.0.0.1:9/v1")
-    command = ["evaluate", "--world", "grid", "--epsilon", "1", "--episodes", "2", "--caregiver", "none", name]
+    command = [*GRID, "--caregiver", "none", name]
     assert main(command) == 2
     out, err = capsys.readouterr()
     assert out == ""
@@ -482,7 +469,7 @@ def test_a_model_without_a_server_or_key_is_not_asked_anywhere(monkeypatch):
 
 @pytest.mark.parametrize("secret", ["http://user:hidden@h/", "https://h/x?key=hidden", "http://h/#hidden"])
 def test_an_address_with_a_secret_is_refused_and_not_printed(monkeypatch, tmp_path, capsys, secret):
-    command = ["evaluate", "--world", "grid", "--out", str(tmp_path / "run"), "--caregiver"]
+    command = [*GRID, "--out", str(tmp_path / "run"), "--caregiver"]
     assert main([*command, secret]) == 2
     monkeypatch.setenv("OPENAI_BASE_URL", secret)
     assert main([*command, "chat:m"]) == 2
@@ -511,7 +498,7 @@ def test_a_key_that_a_server_echoes_is_not_kept(server, tmp_path, monkeypatch, e
 
 def test_markup_and_escapes_of_a_server_are_text(server, monkeypatch, capsys):
     fault(monkeypatch, lambda handler: handler.say(b'{"target": "[/foo]\\u001b[2J"}'))
-    command = ["evaluate", "--world", "grid", "--epsilon", "1", "--episodes", "1", "--json", "--caregiver", "none"]
+    command = [*GRID, "--json", "--caregiver", "none"]
     assert main([*command, f"{server.address}/fault"]) == 0
     out, err = capsys.readouterr()
     assert json.loads(out)["rows"]

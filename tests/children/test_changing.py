@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.children.behaviour import ChildPercept
-from caregiver_mj.children.child_group import ChildGroup, side_by_side
 from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.children.variants import SWITCH, Drifter, Waverer
 from caregiver_mj.grid.world import GridWorld
@@ -61,13 +59,3 @@ def test_the_switcher_wants_one_half_of_the_bins_and_then_the_other():
     before, after = np.array(goals[:SWITCH]), np.array(goals[SWITCH + 1 :])
     assert set(np.unique(before)) == set(range(half))
     assert set(np.unique(after)) == set(range(half, len(PLAN.bins)))
-
-
-def test_side_by_side_they_change_as_by_themselves():
-    names = ("switcher:0.25", "drifter:0.4", "waverer:0.4")
-    families = [ChildGroup.of(name) for name in names]
-    caregiver = PaperCaregiver(PLAN)
-    together = GridWorld(PLAN, side_by_side(PLAN, families, 2), caregiver).run(streams(2) * 3)
-    for i, name in enumerate(names):
-        alone = GridWorld(PLAN, name, caregiver).run(streams(2))
-        assert [alone.outcome(k) for k in range(2)] == [together.outcome(2 * i + k) for k in range(2)]

@@ -1,12 +1,10 @@
 """Families: what may be said for one, and what it is called."""
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scripted_child import Scripted
 
-from caregiver_mj.children.behaviour import ChildPercept
 from caregiver_mj.children.child_group import ChildGroup, ChildSpec, side_by_side
 from caregiver_mj.children.novice import Novice
 from caregiver_mj.errors import CaregiverError
@@ -77,24 +75,6 @@ def test_the_name_says_it_all(children):
 
 
 PAPER = FloorPlan.load("paper")
-
-
-def test_each_decides_for_its_share():
-    families = [ChildGroup.of(epsilon) for epsilon in (1.0, 0.0)]
-    together = side_by_side(PAPER, families, 3)
-    assert (len(together), together.epsilon) == (1, 0.5)
-    random = np.random.default_rng(0)
-    cell, goal = random.integers(len(PAPER.free_cells), size=6), random.integers(len(PAPER.bins), size=6)
-    sight = ChildPercept(cell, goal, np.full(6, -1), np.zeros(6, bool))
-    draws = random.random((6, 3))
-    (behaviour,) = together.children
-    behaviour.reset(6)
-    expected = [
-        family.make(PAPER)[0].act(sight.of(share), draws[share])
-        for family, share in zip(families, (slice(0, 3), slice(3, 6)), strict=True)
-    ]
-    assert behaviour.act(sight, draws).tolist() == np.concatenate(expected).tolist()
-    assert behaviour.next_bin(draws[:, 2]).tolist() == (draws[:, 2] * len(PAPER.bins)).astype(int).tolist()
 
 
 def test_families_are_alike_in_number_and_share_no_object():

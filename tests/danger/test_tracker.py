@@ -12,8 +12,6 @@ from caregiver_mj.danger.tracker import Tracker
 from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.floor_plan import FloorPlan
 
-EVERYWHERE = np.ones((1, 3), bool)
-
 
 @pytest.fixture
 def corridor():

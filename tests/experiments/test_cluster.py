@@ -99,6 +99,3 @@ def test_options_that_do_not_fit_together(options, message, capsys, tmp_path):
     assert message in error
     assert error.count("\n") == 1
     assert not (tmp_path / "run").exists()
-
-
-# -- Clusters that will not do -----------------------------------------------------------------------

@@ -171,7 +171,8 @@ def test_rows_of_a_house_do_not_depend_on_the_other_houses(world, tmp_path):
 
 def test_rows_do_not_depend_on_the_children_beside_them():
     families = (1.0, "explorer:.25", "toddler:.5", "avoider:.1", "seeker:.5", "1,.25", "adversary:0,explorer:.5")
+    families += ("switcher:.25", "drifter:.4", "waverer:.4")
     settings = Settings(SMALL, "grid", ("paper",), families, 3)
-    assert [len(block.families) for block in settings.blocks()] == [5, 2]
+    assert [len(block.families) for block in settings.blocks()] == [8, 2]
     each = [rows(evaluate(dataclasses.replace(settings, families=(family,)))) for family in families]
     pd.testing.assert_frame_equal(rows(evaluate(settings)), pd.concat(each, ignore_index=True), check_exact=True)

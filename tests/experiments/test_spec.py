@@ -20,7 +20,6 @@ from caregiver_mj.plans.hazards import DamageWeights
 
 TEXT = "########\n#B..S..#\n#......#\n#.C..T.#\n#...B..#\n########"
 PLAN = FloorPlan.parse(TEXT, "tiny")
-REAL_TIME = Queries(thinking="real-time")
 ASKS = EpisodeSpec(PLAN, 0.5, "http://127.0.0.1:9")
 
 share = st.floats(0.0, 1.0)

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from test_grid import DOORWAY, EAST, WEST, streams
+from test_grid import WEST, streams
 
-from caregiver_mj.caregivers import Caregiver, make_caregiver
+from caregiver_mj.caregivers import make_caregiver
 from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.children.child_group import CHILDREN
 from caregiver_mj.children.random_stream import RandomStream
@@ -46,13 +46,6 @@ def test_with_bare_tables_only_there_are_bumps_into_these_and_nothing_else(paper
         assert (totals["toys_reached"] == alone["toys_reached"]).all()
 
 
-def test_a_stairwell_that_is_shut_blocks_by_hand():
-    plan = FloorPlan.parse("#####\n#S.B#\n##T##\n#####")
-    for world, damage, blocked in ((GridWorld(plan, 1.0, None), 10.0, 0), (BareTablesWorld(plan, 1.0), 0.0, 2)):
-        totals = world.run([moving(WEST, 2)]).totals()
-        assert (totals["damage"].tolist(), totals["moves_blocked"].tolist()) == ([damage], [blocked])
-
-
 class Statue(Behaviour):
     """Stays where it is."""
 
@@ -79,43 +72,10 @@ def test_a_child_that_stays_comes_to_no_harm_and_to_no_toy(west):
     assert [totals[name].tolist() for name in ("damage", "toys_reached", "moves_blocked")] == [[0], [0], [0]]
 
 
-class Fixed(Caregiver):
-    """Wants the same hazard always, or nothing."""
-
-    def __init__(self, plan, yields, target=0):
-        super().__init__(plan)
-        self.yields, self.target = yields, target
-
-    def choose(self, percept):
-        return np.full(len(percept.child_cell), self.target)
-
-
-def after_a_step(caregiver, action, child, caregiver_cell):
-    """Where the caregiver is after the child has made a move and it has acted."""
-    world = GridWorld(DOORWAY, 1.0, caregiver)
-    world.reset([moving(action)])
-    world.child_cell[:] = world.previous_cell[:] = DOORWAY.cell_index[child]
-    world.caregiver_cell[:] = DOORWAY.cell_index[caregiver_cell]
-    world.step()
-    return DOORWAY.caregiver_cells[world.caregiver_cell[0]]
-
-
-@pytest.mark.parametrize(
-    ("action", "child", "caregiver_cell", "yielding"),
-    [
-        (EAST, (2, 3), (2, 1), (2, 2)),  # the child goes ahead through the doorway: it follows at a distance
-        (WEST, (2, 5), (2, 3), (1, 3)),  # the child comes through the doorway: it goes back
-    ],
-)
-def test_where_a_child_bars_the_way_it_makes_room_or_stays(action, child, caregiver_cell, yielding):
-    assert after_a_step(Fixed(DOORWAY, True), action, child, caregiver_cell) == yielding
-    assert after_a_step(Fixed(DOORWAY, False), action, child, caregiver_cell) == caregiver_cell
-
-
 # Every caregiver with the novice, and every child with the rule.
 @pytest.mark.parametrize(
     ("child", "name"),
-    [("novice", name) for name in ("none", "random", "paper", "childproof")]
+    [("novice", name) for name in ("none", "random", "paper", "childproof", "learned", "attentive:.4")]
     + [(child, "paper") for child in CHILDREN if child != "novice"],
 )
 def test_an_episode_with_any_child_is_the_same_alone_and_among_others(child, name):

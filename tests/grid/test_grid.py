@@ -364,22 +364,6 @@ def test_in_the_paper_house_it_is_the_plain_world_for_whole_episodes(paper, epsi
     compare_with_the_plain_world("\n".join(paper.rows), epsilon, True, range(2), EPISODE_TIMESTEPS)
 
 
-# -- One among many ------------------------------------------------------------------------------
-
-
-def test_the_novice_draws_the_same_with_and_without_a_caregiver(paper):
-    """Common random numbers: as long as the caregiver does not touch it, the novice does the same."""
-    alone, assisted = (GridWorld(paper, 0.5, caregiver) for caregiver in (None, make_caregiver("guard", paper)))
-    alone.reset(streams(range(50)))
-    assisted.reset(streams(range(50)))
-    for _ in range(30):
-        alone.step()
-        assisted.step()
-    untouched = (assisted.ledger.moves_blocked == 0).all(axis=(1, 2))
-    assert untouched.sum() > 20
-    assert (alone.child_cell == assisted.child_cell)[untouched].all()
-
-
 # -- Invariants ----------------------------------------------------------------------------------
 
 
@@ -485,39 +469,6 @@ def test_a_share_of_an_action_that_is_left_counts_for_the_next_timestep(actions,
     np.testing.assert_allclose(told, [left / actions for count in counts for left in range(count, 0, -1)])
 
 
-# A doorway at (2, 4) between two rooms; the stairwell is in the eastern one, the bin in the western.
-DOORWAY = FloorPlan.parse("##########\n#...#...S#\n#.......##\n#B..#...##\n##########")
-
-
-def test_get_and_place_take_an_action_each_beside_the_tables():
-    plan = FloorPlan.parse("#########\n#.......#\n##C#B#T##\n#########")
-    world = GridWorld(plan, 1.0, Fixed(plan))
-    moving(world, NORTH, 3)
-    place(world, (1, 1), (1, 3))
-    world.step()  # one move to (1, 2), get, one move
-    assert (world.holding[0], plan.caregiver_cells[world.caregiver_cell[0]]) == (0, (1, 3))
-    assert world.candle_table.tolist() == [[NOTHING]]
-    world.step()  # three moves, to (1, 6)
-    assert (world.holding[0], plan.caregiver_cells[world.caregiver_cell[0]]) == (0, (1, 6))
-    world.caregiver.target = NOTHING  # or it would take it again at once
-    world.step()  # place, and out of the way
-    assert world.candle_table.tolist() == [[1]]
-    assert world.ledger.totals()["interventions_done"].tolist() == [1]
-
-
-@pytest.mark.parametrize(("novice", "held", "cell"), [((1, 4), NOTHING, (2, 1)), ((2, 1), 0, (3, 1))])
-def test_beside_a_table_it_prefers_a_cell_in_which_it_cannot_be_shut_in(novice, held, cell):
-    # The candle is beside the passage to the bin, (3, 1) to (4, 2), and beside (2, 2) in the room.
-    plan = FloorPlan.parse("######\n#....#\n#...T#\n#.C###\n#..B##\n######")
-    world = GridWorld(plan, 1.0, Fixed(plan), caregiver_actions=1)
-    moving(world, WEST if novice == (2, 1) else NORTH)  # into the wall
-    place(world, novice, (3, 1))
-    world.step()
-    # It sets out for (2, 2); shut in, it gets the candle where it is.
-    assert world.holding.tolist() == [held]
-    assert plan.caregiver_cells[world.caregiver_cell[0]] == cell
-
-
 # -- Several children ------------------------------------------------------------------------------
 
 
@@ -545,20 +496,6 @@ def test_children_are_never_in_one_cell_nor_in_the_caregivers(text, family, name
         outcome = world.ledger.outcome(i)
         assert sum(outcome["damage_by_child"]) == outcome["damage"] == totals["damage"][i]
         assert sum(outcome["toys_by_child"]) == outcome["toys_reached"]
-
-
-def test_a_child_waits_before_a_cell_in_which_another_one_is():
-    world = GridWorld(DOORWAY, "1,1", None)
-    west = RandomStream(np.zeros(3), np.tile([0.0, (WEST + 0.5) / 4, 0.0], (2, 1)))
-    world.reset([[west, west]])
-    world.child_cell[:] = [[DOORWAY.cell_index[cell] for cell in ((1, 1), (1, 2))]]
-    world.step()  # the first one bumps into the wall, the second one waits
-    assert [DOORWAY.free_cells[cell] for cell in world.child_cell[0]] == [(1, 1), (1, 2)]
-    assert world.previous_action.tolist() == [[WEST, NOTHING]]
-    assert world.ledger.totals()["damage"].tolist() == world.ledger.totals()["moves_blocked"].tolist() == [0]
-    world.child_cell[:] = [[DOORWAY.cell_index[cell] for cell in ((1, 2), (1, 3))]]
-    world.step()  # the first one makes room
-    assert [DOORWAY.free_cells[cell] for cell in world.child_cell[0]] == [(1, 1), (1, 2)]
 
 
 # -- Large houses --------------------------------------------------------------------------------

@@ -128,12 +128,6 @@ def test_looking_twice_shows_the_same_and_shares_no_memory():
         assert not np.shares_memory(one[key], two[key])
 
 
-def test_a_seed_makes_the_same_errors_again():
-    one, again, other = (sensed([EXACT] * 3, seed, candle={"noise": 0.01, "bias": 0.01}) for seed in (0, 0, 1))
-    assert all((a["candle_position"] == b["candle_position"]).all() for a, b in zip(one, again, strict=True))
-    assert (one[0]["candle_position"] != other[0]["candle_position"]).all()
-
-
 ROUGH = {
     "candle": {"noise": 0.01, "bias": 0.005, "turn_noise": 0.02, "dropout": 0.1},
     "child": {"noise": 0.02, "velocity_noise": 0.05, "turn_bias": 0.1},

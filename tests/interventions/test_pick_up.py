@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from random_plans import plans_with_things
 from test_close import streams
 
-from caregiver_mj.caregivers import Caregiver
 from caregiver_mj.caregivers.foresight.value_table import Objective, ValueTable
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.children.random_stream import RandomStream
@@ -28,7 +27,6 @@ SMALL = [
         "#######\n#S...B#\n##.#.##\n#o...o#\n##.#.##\n#B...S#\n#######",
     )
 ]
-EAST, WEST = 1, 3
 
 
 @functools.cache
@@ -66,43 +64,6 @@ def test_a_plan_is_refused_where_there_is_no_other_cell_or_no_way(text, words):
 
 
 # -- The grid ------------------------------------------------------------------------------------
-
-
-def walk(moves, caregiver=None, caregiver_cell=None):
-    """What a child that makes some moves in the corridor has come to, and whether the battery is gone, after each."""
-    steps = np.array([[0.0, (move + 0.5) / 4, 0.0] for move in moves])
-    world = GridWorld(CORRIDOR, 1.0, caregiver)
-    world.reset([[RandomStream(np.zeros(3), steps)]])
-    world.child_cell[:] = CORRIDOR.cell_index[1, 3]
-    if caregiver_cell:
-        world.caregiver_cell[:] = CORRIDOR.cell_index[caregiver_cell]
-    found = []
-    for _ in moves:
-        world.step()
-        found.append((world.ledger.totals()["damage_battery"].item(), gone(world).item()))
-    assert world.ledger.totals()["damage"] == world.ledger.totals()["damage_battery"]
-    return found
-
-
-def test_a_child_takes_it_once_by_hand():
-    assert walk([WEST, EAST, EAST, WEST, EAST]) == [(0, False), (0, False), (5, True), (5, True), (5, True)]
-
-
-def test_a_caregiver_that_stands_there_keeps_it_and_needs_an_action_more_to_have_it():
-    class Waits(Caregiver):
-        def choose(self, percept):
-            return np.full(len(percept.child_cell), -1)
-
-        idle_verb = "nothing"
-
-    class Fetches(Waits):
-        def choose(self, percept):
-            return np.zeros(len(percept.child_cell), int)
-
-    assert walk([EAST, EAST], Waits(CORRIDOR), (1, 4)) == [(0, False), (0, False)]
-    assert walk([WEST], Fetches(CORRIDOR), (1, 6)) == [(0, True)]  # two moves, and an action
-    assert walk([WEST, WEST], Fetches(CORRIDOR), (1, 7)) == [(0, False), (0, True)]
-    assert walk([EAST, WEST], Fetches(CORRIDOR), (1, 8)) == [(5, True), (5, True)]
 
 
 @pytest.mark.parametrize("name", ["random", "wanderer", "nearest", "childproof", "expected-danger", "foresight"])
@@ -164,6 +125,3 @@ def test_it_leaves_less_than_the_rule():
         for name in ("none", "expected-danger", "foresight")
     }
     assert sums["foresight"] < 0.9 * sums["expected-danger"] < 0.5 * sums["none"]
-
-
-# -- Whoever looks on, and learners --------------------------------------------------------------

@@ -212,9 +212,6 @@ def test_every_skill_ends_whatever_a_child_does(child, candle):
     assert env.task.outcome()["strikes"] == 0
 
 
-# -- Keeping still -----------------------------------------------------------------------------------
-
-
 # -- Waiting -----------------------------------------------------------------------------------------
 
 

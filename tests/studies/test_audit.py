@@ -209,6 +209,3 @@ def test_recorder_measures_distance_and_approach():
     assert near.mean() > 0.9
     assert log.approach[1:][near] == pytest.approx(closing[near], abs=0.02)
     assert (np.abs(log.approach) <= log.speed + 1e-9).all()
-
-
-# -- The command ------------------------------------------------------------------------------------

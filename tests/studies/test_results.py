@@ -2,31 +2,9 @@
 
 import pathlib
 
-from studies.results import main_results, report_tables, write_readme
+from studies.results import main_results, write_readme
 
 ROOT = pathlib.Path(__file__).parents[2]
-REPORT = """# Tables
-
-### Harm by hazards — Grid (paper)
-
-| caregiver | could be shown in |
-| --- | --- |
-| `nearest` | 5 |
-
-Words.
-
-### Harm by hazards — Physical house
-
-| caregiver | could be shown in |
-| --- | --- |
-| nearest | 4 |
-
-## Toys, kept
-
-| a | b |
-|---|---|
-| 1 | 2 |
-"""
 
 
 def test_readme_has_what_the_tables_say(tmp_path):
@@ -36,13 +14,3 @@ def test_readme_has_what_the_tables_say(tmp_path):
     assert readme.read_text("utf-8") == (ROOT / "README.md").read_text("utf-8")
     # In docs/results/tables/harm_by_hazards.csv harm could be shown in 278 to 282 of the 500 conditions of `test-100`.
     assert "550 conditions" in " ".join(main_results(ROOT / "docs").split())
-
-
-def test_tables_of_a_report_by_title_and_run():
-    tables = report_tables(REPORT)
-    assert [*tables] == ["harm_by_hazards", "toys_kept"]
-    assert tables["harm_by_hazards"].values.tolist() == [
-        ["Grid (paper)", "nearest", "5"],
-        ["Physical house", "nearest", "4"],
-    ]
-    assert tables["toys_kept"].to_dict("list") == {"run": [""], "a": ["1"], "b": ["2"]}

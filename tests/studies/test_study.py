@@ -3,12 +3,10 @@
 import os
 
 import pytest
-from matplotlib.figure import Figure
 
 import study
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments.intervals import Estimate
-from study import FOLDER, Page, run_all
+from study import FOLDER, run_all
 
 
 @pytest.mark.parametrize("name", study.names())
@@ -26,23 +24,6 @@ def test_bad_input_is_one_line(capsys):
         study.main(["ablations", "--houses", "nowhere", "--episodes", "1", "--jobs", "1"])
     assert end.value.code == 2
     assert "study.py ablations: error: no floor plan 'nowhere'" in capsys.readouterr().err
-
-
-def test_a_page_is_written_with_its_figures(tmp_path, monkeypatch):
-    monkeypatch.setattr(study, "FOLDER", tmp_path)
-    (tmp_path / "some.md").write_text(
-        "{{ title }}\n\n    {{ command }}\n\n{{ value | interval }}, {{ 1 | form('.0%') }}"
-    )
-    page = Page({"title": "# T", "value": Estimate(1.0, 0.5, 2.0)}, {"a.png": Figure(), "b.svg": Figure()})
-    text = page.text("some", "the command")
-    assert text == "# T\n\n    the command\n\n1.00 (0.50 to 2.00), 100%\n"
-    page.write(tmp_path / "docs", "some", text)
-    assert {path.name for path in (tmp_path / "docs").iterdir()} == {"some.md", "a.png", "b.svg"}
-    assert (tmp_path / "docs" / "some.md").read_text() == text
-    mark = "<!-- scripts/reproduce: some; version 1 -->\n"
-    (tmp_path / "docs" / "some.md").write_text(f"# Old\n\n{mark}\nOld.\n")
-    page.write(tmp_path / "docs", "some", text)
-    assert (tmp_path / "docs" / "some.md").read_text() == text.replace("# T\n\n", f"# T\n\n{mark}\n")
 
 
 def _identify(job):

@@ -117,6 +117,3 @@ def test_any_number_of_hazards_fits(width, height, plan, danger):
     strip = changed(drawn, frame(width, height))[hud.strip_top(width, height) :]
     assert strip.any()
     assert not strip[:, -width // 100 :].any()  # nothing runs out of the card
-
-
-# -- Several children --------------------------------------------------------------------------------
