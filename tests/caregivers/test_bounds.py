@@ -4,11 +4,11 @@ import dataclasses
 
 import numpy as np
 import pytest
+from worlds import percept, streams
 
-from caregiver_mj.caregivers import Percept, make_caregiver
+from caregiver_mj.caregivers import make_caregiver
 from caregiver_mj.caregivers.baselines import ChildproofCaregiver, WandererCaregiver, table_exposure
 from caregiver_mj.caregivers.paper import CandlesCaregiver, StairsCaregiver
-from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
@@ -20,9 +20,7 @@ LANDING = 5
 
 
 def see(child_cell, candle_table=1, caregiver_cell=4, holding=NOTHING):
-    """A percept of one world with one child."""
-    child, table = np.array([[child_cell]]), np.array([[candle_table]])
-    return Percept(child, child, np.array([[NOTHING]]), np.array([caregiver_cell]), table, np.array([holding]))
+    return percept(CORRIDOR, child_cell, caregiver_cell, candle_table, holding=[holding])
 
 
 @pytest.mark.parametrize("cell", range(5))
@@ -119,6 +117,6 @@ def test_what_is_nearest_to_the_caregiver_is_first_wherever_the_child_is(cell, f
 
 def test_everything_that_can_be_put_right_is_when_nobody_is_about():
     world = GridWorld(HOME, "0.05", make_caregiver("nearest-first", HOME))
-    world.run([RandomStream.draw_group(np.random.RandomState(seed), 1) for seed in range(5)])
+    world.run(streams(5))
     assert (world.state[:, [0, 2]] != 0).all()
     assert (world.candle_table != HOME.candle_tables[0]).all()

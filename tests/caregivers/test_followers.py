@@ -1,11 +1,10 @@
 """Children that come after the caregiver, and what caregivers without foresight do about them."""
 
-import numpy as np
 import pytest
+from worlds import streams
 
 from caregiver_mj.caregivers.baselines import NearestCaregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
-from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.grid.world import GridWorld, run_episodes
 from caregiver_mj.interventions.verb import BLOCK, RELOCATE, STAND_ASIDE
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -18,7 +17,7 @@ ROOM = FloorPlan.parse("##########\n#B......T#\n#........#\n#........#\n#.C.....
 def test_who_follows_is_found_out_and_led_away(maker, child):
     caregiver = maker(ROOM)
     world = GridWorld(ROOM, child, caregiver)
-    world.reset([RandomStream.draw_group(np.random.RandomState(seed), 1) for seed in range(10)])
+    world.reset(streams(10))
     for _ in range(60):
         world.step()
     follows = child == "seeker:0"

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from worlds import percept, streams
 
 from caregiver_mj.caregivers.caregiver import PrivilegedCaregiver, Truth
 from caregiver_mj.caregivers.foresight.foresight import (
@@ -21,9 +22,8 @@ from caregiver_mj.caregivers.foresight.value_table import (
     value_tables,
 )
 from caregiver_mj.caregivers.paper import PaperCaregiver
-from caregiver_mj.caregivers.percept import Pace, Percept
+from caregiver_mj.caregivers.percept import Pace
 from caregiver_mj.children.child_group import ChildGroup, side_by_side
-from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS, RandomStream
 from caregiver_mj.danger.child_model import EPSILONS
 from caregiver_mj.grid.world import GridWorld, run_episodes
 from caregiver_mj.interventions.verb import BLOCK, RELOCATE
@@ -71,22 +71,6 @@ FOUR_TABLES = """
 #CB..BT#
 ########
 """
-
-
-def streams(count, children=1, timesteps=EPISODE_TIMESTEPS):
-    return [RandomStream.draw_group(np.random.RandomState(seed), children, timesteps) for seed in range(count)]
-
-
-def percept(plan, child, caregiver, candle_table=None):
-    tables = plan.candle_tables if candle_table is None else candle_table
-    return Percept(
-        np.array([[child]]),
-        np.array([[child]]),
-        np.array([[-1]]),
-        np.array([caregiver]),
-        np.array([tables], int).reshape(1, -1),
-        np.array([-1]),
-    )
 
 
 class TestLayouts:

@@ -3,23 +3,16 @@
 import dataclasses
 
 import numpy as np
+from worlds import percept
 
 from caregiver_mj.caregivers import learned
 from caregiver_mj.caregivers.learned import LearnedCaregiver, layers
-from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.interventions.verb import BLOCK, DO_NOTHING, RELOCATE, STAND_ASIDE
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
 # As in test_caregiver: cells 0 to 4, the landing is cell 5. Tables: 0 bare, 1 with the candle, 2 bare.
 CORRIDOR = FloorPlan.parse("#########\n#S.....B#\n##T#C#T##\n#########")
-
-
-def see(child, caregiver, table=1, **others):
-    one = np.array
-    return Percept(
-        one([[child]]), one([[child]]), one([[NOTHING]]), one([caregiver]), one([[table]]), one([-1]), **others
-    )
 
 
 def test_options_by_hand():
@@ -30,8 +23,8 @@ def test_options_by_hand():
     assert orders.verb.tolist() == [BLOCK, RELOCATE, STAND_ASIDE, DO_NOTHING]
     assert orders.destination.tolist() == [NOTHING, 2, NOTHING, NOTHING]
     # Table 1 is where the candle is.
-    assert caregiver.can_be(see(4, 0)).tolist() == [[True, True, False, True, True, True]]
-    shut = see(4, 0, out_of_reach=np.array([[True, False]]), shut=np.array([[True]]))
+    assert caregiver.can_be(percept(CORRIDOR, 4, 0)).tolist() == [[True, True, False, True, True, True]]
+    shut = percept(CORRIDOR, 4, 0, out_of_reach=np.array([[True, False]]), shut=np.array([[True]]))
     assert caregiver.can_be(shut).tolist() == [[False, True, False, True, True, True]]
 
 
@@ -39,15 +32,15 @@ def test_it_thinks_better_of_it_when_the_child_has_moved_or_it_is_done(monkeypat
     caregiver, asked = LearnedCaregiver(CORRIDOR), []
     best = iter([3, 0, 5])
     monkeypatch.setattr(caregiver, "scores", lambda percept, worlds: asked.append(0) or np.eye(6)[[next(best)]] * 9.0)
-    assert caregiver.decide(see(4, 0)).destination == 2
-    assert caregiver.decide(see(4, 1)).destination == 2
+    assert caregiver.decide(percept(CORRIDOR, 4, 0)).destination == 2
+    assert caregiver.decide(percept(CORRIDOR, 4, 1)).destination == 2
     assert len(asked) == 1
-    assert caregiver.decide(see(4, 1, table=2)).verb == BLOCK  # it is on table 2 now
-    caregiver.watch(see(3, 1, table=2))
-    held = dataclasses.replace(see(3, 1, table=2), holding=np.array([0]))
+    assert caregiver.decide(percept(CORRIDOR, 4, 1, 2)).verb == BLOCK  # it is on table 2 now
+    caregiver.watch(percept(CORRIDOR, 3, 1, 2))
+    held = dataclasses.replace(percept(CORRIDOR, 3, 1, 2), holding=np.array([0]))
     assert caregiver.decide(held).verb == BLOCK  # until the hand is empty
     assert len(asked) == 2
-    assert caregiver.decide(see(3, 1, table=2)).verb == DO_NOTHING
+    assert caregiver.decide(percept(CORRIDOR, 3, 1, 2)).verb == DO_NOTHING
 
 
 def test_it_does_not_think_better_of_it_for_a_trifle(monkeypatch):
@@ -56,8 +49,8 @@ def test_it_does_not_think_better_of_it_for_a_trifle(monkeypatch):
     monkeypatch.setattr(caregiver, "scores", lambda percept, worlds: np.array([next(scores)]))
     verbs = []
     for _ in range(3):
-        caregiver.watch(see(3, 0))
-        verbs += caregiver.decide(see(3, 0)).verb.tolist()
+        caregiver.watch(percept(CORRIDOR, 3, 0))
+        verbs += caregiver.decide(percept(CORRIDOR, 3, 0)).verb.tolist()
     assert verbs == [RELOCATE, RELOCATE, BLOCK]
 
 
@@ -83,6 +76,6 @@ def test_the_network_by_hand():
 def test_a_house_too_large_for_that_planner_does_without(monkeypatch):
     monkeypatch.setattr(learned, "candles_at_a_time", lambda plan: -1)
     learned._without_candles.cache_clear()
-    features = LearnedCaregiver(CORRIDOR).features(see(0, 1), np.array([0]))
+    features = LearnedCaregiver(CORRIDOR).features(percept(CORRIDOR, 0, 1), np.array([0]))
     learned._without_candles.cache_clear()
     assert all(np.isfinite(some).all() for some in features)

@@ -4,10 +4,10 @@ import dataclasses
 
 import numpy as np
 import pytest
+from worlds import percept
 
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
-from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.danger.child_model import EPSILONS
 from caregiver_mj.plans.floor_plan import FloorPlan
 from studies.ablations import Predictive
@@ -17,19 +17,6 @@ TABLES = FloorPlan.parse("########\n#C....T#\n#......#\n#.B..B.#\n########")
 EAST, NOTHING = 1, -1
 
 
-def see(plan, child, previous=None, action=NOTHING, candle_table=None, candle_cell=None):
-    tables = plan.candle_tables if candle_table is None else candle_table
-    return Percept(
-        np.array([[child]]),
-        np.array([[child if previous is None else previous]]),
-        np.array([[action]]),
-        np.array([0]),
-        np.array([tables], int).reshape(1, -1),
-        np.array([NOTHING]),
-        None if candle_cell is None else np.array([candle_cell]),
-    )
-
-
 @pytest.fixture(params=[ForesightCaregiver, Predictive])
 def caregiver(request):
     return request.param(CORRIDOR)
@@ -37,7 +24,7 @@ def caregiver(request):
 
 def test_the_belief_is_there_to_be_seen(caregiver):
     """Away from its only toy a novice or an explorer goes by chance only: with a fourth of epsilon."""
-    moved = dataclasses.replace(see(CORRIDOR, 1, previous=0, action=EAST), caregiver_cell=np.array([3]))
+    moved = percept(CORRIDOR, 1, 3, previous_cell=[[0]], previous_action=[[EAST]])
     caregiver.watch(moved)
     prediction = caregiver.assess(moved).prediction
     to_toy, elsewhere = 0.85 / 5 * np.array(EPSILONS) / 4, np.zeros(5)
@@ -51,7 +38,7 @@ def test_the_belief_is_there_to_be_seen(caregiver):
 def test_presence_within_a_timestep(caregiver):
     """Of a child in the middle: to its toy, or one in twenty to the stairs, unless it moves at random."""
     novice, other = np.mean(EPSILONS), np.mean([0.05, 0.5])
-    here = caregiver.assess(see(CORRIDOR, 1)).prediction.presence(1)[0, 0]
+    here = caregiver.assess(percept(CORRIDOR, 1)).prediction.presence(1)[0, 0]
     random = 0.85 * novice + 0.15 * other
     to_toy = 0.85 * (1 - novice) + 0.1 * (1 - other)
     assert here == pytest.approx([to_toy + random / 4, random / 2, 0.05 * (1 - other) + random / 4])
@@ -60,31 +47,29 @@ def test_presence_within_a_timestep(caregiver):
 def test_safety_is_that_of_the_paper_and_danger_is_equation_2(caregiver):
     rule = PaperCaregiver(CORRIDOR)
     for who in (caregiver, rule):
-        who.watch(see(CORRIDOR, 1, previous=0, action=EAST))
-        who.watch(see(CORRIDOR, 2, previous=1, action=EAST))
-    found = caregiver.assess(see(CORRIDOR, 2))
-    assert found.safe == pytest.approx(rule.assess(see(CORRIDOR, 2)).safe)
+        who.watch(percept(CORRIDOR, 1, previous_cell=[[0]], previous_action=[[EAST]]))
+        who.watch(percept(CORRIDOR, 2, previous_cell=[[1]], previous_action=[[EAST]]))
+    found = caregiver.assess(percept(CORRIDOR, 2))
+    assert found.safe == pytest.approx(rule.assess(percept(CORRIDOR, 2)).safe)
     assert found.danger == pytest.approx((1 - found.safe[..., None]) * found.reach * CORRIDOR.damage["stairwell"])
     assert found.urgency == pytest.approx(found.reach[:, 0] * CORRIDOR.damage["stairwell"])
 
 
 def test_a_candle_that_is_carried_or_lies_on_the_floor():
     caregiver = ForesightCaregiver(TABLES)
-    assert caregiver.assess(see(TABLES, 1)).reach > 0
-    assert caregiver.assess(see(TABLES, 1, candle_table=[NOTHING])).reach == 0
-    lying = see(TABLES, 1, candle_table=[NOTHING], candle_cell=[3])  # two cells east of the child
+    assert caregiver.assess(percept(TABLES, 1)).reach > 0
+    assert caregiver.assess(percept(TABLES, 1, candle_table=[NOTHING])).reach == 0
+    lying = percept(TABLES, 1, candle_table=[NOTHING], candle_cell=[[3]])  # two cells east of the child
     assert caregiver.assess(lying).reach == pytest.approx(1 / 2)
 
 
 def test_what_lies_on_the_floor_is_reached_by_coming_into_its_cell_until_it_is_gone():
     plan = FloorPlan.parse("#######\n#B.o.S#\n#######")
     caregiver = ForesightCaregiver(plan)
-    percept = see(plan, 0)
-    prediction = caregiver.assess(percept).prediction
+    seen = percept(plan, 0)
+    prediction = caregiver.assess(seen).prediction
     random, other = 0.85 * np.mean(EPSILONS) + 0.15 * np.mean([0.05, 0.5]), np.mean([0.05, 0.5])
-    assert prediction.reach(plan, percept, 1)[0, 0, 1] == pytest.approx(
-        random / 4 + 0.05 * (1 - other)
-    )  # to the stairs
-    gone = dataclasses.replace(percept, gone=np.array([[True]]))
+    assert prediction.reach(plan, seen, 1)[0, 0, 1] == pytest.approx(random / 4 + 0.05 * (1 - other))
+    gone = dataclasses.replace(seen, gone=np.array([[True]]))
     assert prediction.reach(plan, gone, 1)[0, 0, 1] == 0.0
     assert caregiver.hazard_distances(gone)[0, 0, 1] == np.inf

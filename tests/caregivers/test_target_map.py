@@ -4,10 +4,10 @@ import dataclasses
 
 import numpy as np
 import pytest
+from worlds import streams
 
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.target_observation import Encoder
-from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.envs.target_grid import TargetGrid
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld
@@ -121,7 +121,7 @@ def test_a_larger_graph_has_nodes_that_are_not_there():
 def test_of_a_child_that_is_not_seen_it_has_what_is_believed():
     caregiver = CommandedCaregiver(FloorPlan.load("paper"))
     world = GridWorld(caregiver.plan, "1", caregiver, sight="walls")
-    world.reset([RandomStream.draw_group(np.random.RandomState(seed), 1) for seed in range(20)])
+    world.reset(streams(20))
     world.step()
     encoder = Encoder(caregiver, 1, "map")
     child = encoder.look(world.percept())[0]["map"][:, encoder.map.planes.index("child_1")].reshape(20, -1)

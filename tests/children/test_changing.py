@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from worlds import streams
 
 from caregiver_mj.children.behaviour import ChildPercept
-from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.children.variants import SWITCH, Drifter, Waverer
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -12,10 +12,6 @@ from caregiver_mj.plans.hazards import NOTHING
 
 PLAN = FloorPlan.load("paper")
 SIGHT = ChildPercept(np.zeros(2, int), np.zeros(2, int), np.full(2, NOTHING), np.zeros(2, bool))
-
-
-def streams(count):
-    return [RandomStream.draw_group(np.random.RandomState(seed), 1) for seed in range(count)]
 
 
 def course(child, timesteps, third=0.0):

@@ -108,23 +108,15 @@ def test_freed_too_late_it_hurries_no_faster_than_it_can():
 
 
 @pytest.mark.parametrize(
-    "direction", [(0.0, 1.0), (0.0, -1.0), (-1.0, 0.0), (0.15, math.sqrt(1 - 0.15**2)), (0.0, 0.0)]
+    ("stops", "direction"),
+    [(False, it) for it in ((0.0, 1.0), (0.0, -1.0), (-1.0, 0.0), (0.15, math.sqrt(1 - 0.15**2)), (0.0, 0.0))]
+    + [(True, it) for it in ((1.0, 0.0), (math.sqrt(0.5), math.sqrt(0.5)), (0.5, -math.sqrt(0.75)))],
 )
-def test_what_is_beside_or_behind_does_not_stop_it(direction):
+def test_what_is_ahead_stops_it_and_what_is_beside_or_behind_does_not(stops, direction):
     walk = walk_at()
     walk.begin(HOME, EAST, bump=False)
     run(walk, lambda walk, step: [direction])
-    assert walk.position == pytest.approx(EAST)
-    assert not walk.blocked
-
-
-@pytest.mark.parametrize("direction", [(1.0, 0.0), (math.sqrt(0.5), math.sqrt(0.5)), (0.5, -math.sqrt(0.75))])
-def test_what_is_ahead_stops_it(direction):
-    walk = walk_at()
-    walk.begin(HOME, EAST, bump=False)
-    run(walk, lambda walk, step: [direction])
-    assert walk.position == pytest.approx(HOME)
-    assert walk.blocked
+    assert (walk.position, walk.blocked) == (pytest.approx(HOME if stops else EAST), stops)
 
 
 def test_it_turns_to_face_where_it_goes_by_the_shorter_way():

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from test_grid import WEST, streams
+from test_grid import WEST
+from worlds import streams
 
 from caregiver_mj.caregivers import make_caregiver
 from caregiver_mj.children.behaviour import Behaviour

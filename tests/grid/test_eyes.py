@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_grid import streams
+from worlds import streams
 
 from caregiver_mj.caregivers.caregiver import PrivilegedCaregiver
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_plans import plan_texts, plans_with_things
+from worlds import streams
 
 from caregiver_mj.caregivers import CAREGIVERS, Caregiver, make_caregiver
 from caregiver_mj.children.child_group import CHILDREN
@@ -21,10 +22,6 @@ from caregiver_mj.plans.hazards import NOTHING, State
 
 STEPS = ((-1, 0), (0, 1), (1, 0), (0, -1))
 EPSILONS = (1.0, 0.75, 0.5, 0.25, 0.05)
-
-
-def streams(seeds, timesteps=EPISODE_TIMESTEPS, children=1):
-    return [RandomStream.draw_group(np.random.RandomState(seed), children, timesteps) for seed in seeds]
 
 
 @pytest.fixture(scope="module")

@@ -5,11 +5,11 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from random_plans import plan_texts
+from worlds import streams
 
 import caregiver_mj
 from caregiver_mj.caregivers import Caregiver
 from caregiver_mj.caregivers.registry import make_caregiver
-from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.errors import CaregiverError, FloorPlanError
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.interventions.verb import Intervention, Interventions
@@ -22,10 +22,6 @@ from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.skills.close import closing
 
 HOUSE = FloorPlan.parse("##########\n#G......B#\n#........#\n#.....C.G#\n#...T.S..#\n##########", "gates")
-
-
-def streams(episodes, timesteps=200):
-    return [RandomStream.draw_group(np.random.RandomState(seed), 1, timesteps) for seed in range(episodes)]
 
 
 def ran(name, epsilon="1", plan=HOUSE, episodes=30):

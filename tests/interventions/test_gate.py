@@ -6,7 +6,7 @@ called, acts on and leaves, where one stands for it in the grid, and what the ro
 
 import numpy as np
 import pytest
-from test_close import streams
+from worlds import streams
 
 import caregiver_mj
 from caregiver_mj.caregivers import Caregiver
@@ -80,11 +80,6 @@ def test_the_robot_shuts_it_and_no_child_falls_there_any_more():
     assert policy.activity == "keep out of the way"
     env.reset()
     assert env.task.children.state.tolist() == [State.AS_PLANNED] * 3
-
-
-def test_without_its_registration_it_is_refused_by_name():
-    with pytest.raises(CaregiverError, match="no verb 'shut'"):
-        GridWorld(HOUSE, "0.5", Gatekeeper(HOUSE)).run(streams(1, 2))
 
 
 @pytest.mark.usefixtures("_registered")

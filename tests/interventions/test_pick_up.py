@@ -7,11 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_plans import plans_with_things
-from test_close import streams
+from worlds import streams
 
 from caregiver_mj.caregivers.foresight.value_table import Objective, ValueTable
 from caregiver_mj.caregivers.registry import make_caregiver
-from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.errors import FloorPlanError
 from caregiver_mj.grid.world import BareTablesWorld, GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -81,7 +80,7 @@ def test_caregivers_pick_up_for_good(name):
 def test_in_any_plan_each_is_taken_once_and_none_comes_back(plan_text, name):
     plan = FloorPlan.parse(plan_text)
     world = GridWorld(plan, "1,0.5", None if name == "none" else make_caregiver(name, plan, 0))
-    world.reset([RandomStream.draw_group(np.random.RandomState(seed), 2, 60) for seed in range(4)])
+    world.reset(streams(4, 60, children=2))
     assert not np.isin(world.child_cell, plan.floor_cells).any()
     assert not np.isin(world.caregiver_cell, plan.floor_cells).any()
     for _ in range(60):

@@ -3,9 +3,9 @@
 import numpy as np
 import pandas as pd
 import pytest
+from worlds import streams
 
 from caregiver_mj.children.child_group import ChildGroup
-from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.danger.child_model import EPSILONS
 from caregiver_mj.plans.floor_plan import FloorPlan
 from studies.calibration import (
@@ -18,10 +18,6 @@ from studies.calibration import (
 
 # One cell: a toy west of it, stairs east, a table with a candle north and a bare one south.
 SMALL = FloorPlan.parse("#####\n##C##\n#B.S#\n##T##\n#####", "small")
-
-
-def streams(count):
-    return [RandomStream.draw_group(np.random.RandomState(seed), 1) for seed in range(count)]
 
 
 def test_the_first_prediction_by_hand():

@@ -1,9 +1,8 @@
 """Homes: where damage weights come from, and the page."""
 
-import numpy as np
 import pytest
+from worlds import streams
 
-from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import BATTERY, GATE, State
@@ -21,7 +20,7 @@ def test_damage_is_on_a_line_in_the_logarithm_of_who_is_admitted(admitted, damag
 def test_without_the_verb_no_gate_is_closed_but_all_else_is_done(made):
     plan = FloorPlan.load(HOUSE)
     world = GridWorld(plan, "0.5", made(plan))
-    world.run([RandomStream.draw_group(np.random.RandomState(seed), 1) for seed in range(4)])
+    world.run(streams(4))
     gates, things = ([kind is one for kind in plan.hazards.kinds] for one in (GATE, BATTERY))
     assert (world.state[:, gates] == State.AS_PLANNED).all()
     assert (world.state[:, things] == State.GONE).any()

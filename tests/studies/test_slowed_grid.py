@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from worlds import streams
 
 from caregiver_mj import FloorPlan
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
@@ -122,9 +123,9 @@ def test_it_is_slow_towards_a_child_and_not_away_from_it():
 @pytest.mark.parametrize("house", ["house-3", "home-3"])
 def test_at_the_pace_of_the_grid_its_rows_are_those_of_the_grid(house):
     plan, family = FloorPlan.load(house), ChildGroup.of(0.75)
-    streams = [RandomStream.draw_group(np.random.RandomState(seed), 1) for seed in range(3)]
-    grid = GridWorld(plan, family, make_caregiver("expected-danger", plan)).run(streams).totals()
+    episodes = streams(3)
+    grid = GridWorld(plan, family, make_caregiver("expected-danger", plan)).run(episodes).totals()
     world = SlowedGrid(plan, family, make_caregiver("expected-danger", plan), PAPER)
-    for episode, stream in enumerate(streams):
+    for episode, stream in enumerate(episodes):
         own = world.run([stream]).totals()
         assert {name: own[name][0] for name in FOUND} == {name: grid[name][episode] for name in FOUND}

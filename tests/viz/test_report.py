@@ -14,7 +14,6 @@ from test_cli import fails
 
 from caregiver_mj import cli
 from caregiver_mj.viz import figure_style, figures, film, report
-from caregiver_mj.viz.report.left import verdicts
 from caregiver_mj.viz.report.page import make_film
 from caregiver_mj.viz.report.tables import children_table
 
@@ -89,26 +88,6 @@ def test_what_caregivers_saw_is_said_and_the_paper_is_not_cited_where_that_is_no
     assert fast.title == "Grid, children at 0.8 m/s (paper)"
     assert not fast.cited
     assert "published" not in report.write_report([tmp_path / "walls"]).read_text("utf-8")
-
-
-def test_statistics(page):
-    # Damage falls by 35 on average; all eight differences of one sign: p = 2 / 2**8 = 0.008.
-    row = words(page).split("Differences that the caregiver makes — Grid")[1].split("random motion")[1]
-    assert row.startswith(" −35.0 [")
-    # Until the stop it is 16, without and with in two episodes; in the other six it is 10 with: p = 2 / 2**6 = 0.031.
-    assert "] p = 0.008 −4.5 [" in row
-    assert "] p = 0.031 +70.0 [" in row
-    assert "0.0 [0.0, 0.0] no p 25 % random" in row  # as many toys
-
-
-def test_verdicts_at_a_margin(folder):
-    # Against guard: 15 of 49 on average with random motion; the very same damage with the other novice.
-    ((all_less, text),) = verdicts(report.read_run(folder))
-    assert not all_less
-    assert text == (
-        "Against guard: less damage with random motion; equivalent, within 10 % with 25 % random "
-        "(difference 0.00 [0.00, 0.00], ratio 1.00 [1.00, 1.00])."
-    )
 
 
 # -- Several children, and figures -----------------------------------------------------------------

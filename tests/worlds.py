@@ -1,0 +1,20 @@
+"""What episodes of tests are made of: random streams, and what a caregiver sees of one child."""
+
+import numpy as np
+
+from caregiver_mj.caregivers.percept import Percept
+from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS, RandomStream
+
+
+def streams(seeds, timesteps=EPISODE_TIMESTEPS, children=1):
+    """Random streams of episodes by their seeds, or of so many."""
+    seeds = range(seeds) if isinstance(seeds, int) else seeds
+    return [RandomStream.draw_group(np.random.RandomState(seed), children, timesteps) for seed in seeds]
+
+
+def percept(plan, child, caregiver=0, candle_table=None, **more):
+    """A percept of one world with one child, which has not moved: cells, the candles' tables, and further fields."""
+    tables = plan.candle_tables if candle_table is None else candle_table
+    seen = {"child_cell": [[child]], "previous_cell": [[child]], "previous_action": [[-1]], "holding": [-1]}
+    seen |= {"caregiver_cell": [caregiver], "candle_table": np.reshape(np.array(tables, int), (1, -1))}
+    return Percept(**{name: np.array(value) for name, value in (seen | more).items()})
