@@ -1,4 +1,4 @@
-"""Copies go on as the same episodes."""
+"""Copies and pickles go on as the same episodes."""
 
 import copy
 import pickle
@@ -56,3 +56,21 @@ def test_a_policy_is_copied_with_its_environment():
         timestep, seen = env.step(policy(timestep)), other.step(others(seen))
     np.testing.assert_array_equal(env.physics.data.qpos, other.physics.data.qpos)
     assert abs(env.physics.base_velocity()).max() > 0.01  # m/s: it drives
+
+
+EVERY = 40  # control timesteps between pickles: in a turn, under way, at rest, reaching out
+
+
+@pytest.mark.slow
+def test_a_pickled_environment_goes_on():
+    env = caregiver_mj.load("supervise", "paper", 0.5, 3)
+    policy = caregiver_mj.CaregiverPolicy(env, "foresight")
+    step = env.reset()
+    for number in range(5 * EVERY):
+        if number % EVERY == 0:
+            other_env = pickle.loads(pickle.dumps(env))
+        action = policy(step)
+        step, other_step = env.step(action), other_env.step(action)
+        for key, value in step.observation.items():
+            np.testing.assert_array_equal(other_step.observation[key], value, err_msg=key)
+    assert env.task.timestep > 1

@@ -1,9 +1,16 @@
-"""A policy belongs to its environment."""
+"""A policy of a caregiver: its environment, how often it assesses, and what it leaves alone for a while."""
 
+from unittest import mock
+
+import numpy as np
 import pytest
 
 import caregiver_mj
+from caregiver_mj import CaregiverPolicy, load
+from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.registry import make_caregiver
+from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.policy.routines import COOLDOWN, LEFT_LYING, Cooldowns
 
 
 @pytest.mark.parametrize(("house", "children"), [("house-3", "0.5"), ("paper", "1,0.5")])
@@ -44,3 +51,33 @@ def test_actions_that_are_too_far_apart_to_control_the_robot_are_refused():
     env.step(env.action_spec().generate_value())
     with pytest.raises(caregiver_mj.CaregiverError, match=r"control_timestep must be at most 0.06 s .*, got 0\.08"):
         caregiver_mj.CaregiverPolicy(env)
+
+
+def test_a_decision_assesses_once_where_nothing_is_hidden():
+    env = load("supervise", random=0, visuals=False)
+    policy = CaregiverPolicy(env)
+    timestep = env.reset()
+    with (
+        mock.patch.object(PaperCaregiver, "assess", autospec=True, side_effect=PaperCaregiver.assess) as assess,
+        mock.patch.object(PaperCaregiver, "decide", autospec=True, side_effect=PaperCaregiver.decide) as decide,
+    ):
+        for _ in range(30):
+            timestep = env.step(policy(timestep))
+        assert decide.call_count >= 1
+        assert assess.call_count == decide.call_count
+        shown, percept = policy.assessment, assess.call_args.args[1]
+    assert policy.assessment is shown
+    np.testing.assert_array_equal(shown.danger, policy.caregiver.assess(percept).danger)
+
+
+def test_each_failure_doubles_the_wait_until_something_is_done_about_that_hazard():
+    cooldowns, now = Cooldowns(2), 0.0
+    for wait in (COOLDOWN, 2 * COOLDOWN, 4 * COOLDOWN, 8 * COOLDOWN, LEFT_LYING, LEFT_LYING):
+        cooldowns.succeed(NOTHING)  # as when it stands at a lookout, which is about none
+        cooldowns.fail(1, now)
+        assert cooldowns.active(now + wait - 0.01).tolist() == [False, True]
+        now += wait
+        assert cooldowns.active(now).tolist() == [False, False]
+    cooldowns.succeed(1)
+    cooldowns.fail(1, now)
+    assert cooldowns.active(now + COOLDOWN).tolist() == [False, False]
