@@ -179,11 +179,11 @@ class RobotMotion(BaseMotion):
             creeps: Whether it goes there more slowly than what counts as a strike.
             speed: At most, of s, per second; a faster one stops first.
         """
-        self._lands_at, limits = None, self.reach_path.limits(self.reached, s)
+        self._lands_at = None
         self._crept = min(self._crept, self.now) if creeps else math.inf
         if self._reach.rests_at(s) and speed == math.inf and not (creeps or self.may_be_off):
-            self._reach.set_limits(limits)
-            return
+            return  # most of the time
+        limits = self.reach_path.limits(self.reached, s)
         if creeps:
             speed = _CREEPS / self.reach_path.longest(arm_of(self.robot), 0.0, self.reach_path.goal)
         if abs(self._reach.at(self.now)[1]) > 1.1 * speed:
