@@ -1,6 +1,6 @@
 """Driving: to the goal of a skill, round children or out of their way, never faster than the robot can stop.
 
-A skill has a `Driver`, whose `drive` it calls once a control timestep. It plans a path, follows it at the rate that the
+A skill has a `Driver`, whose `drive` it calls at every step. It plans a path, follows it at the rate that the
 children allow, yields where robot and child are in each other's way (or waits there, if it is not to yield), and gives
 up what a child keeps closed.
 """
@@ -90,7 +90,7 @@ class Driver:
         self._refuges: dict[Cell, float] = {}  # where it has got out of the way, and when it came to rest there
 
     def drive(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell, yaw: float | None = None) -> Status:
-        """Drive for one control timestep.
+        """Drive until the next step.
 
         Args:
             view: What is seen.
@@ -117,7 +117,7 @@ class Driver:
         is_blind = view.gaze is not None and (self.is_loaded or not (view.children or view.hidden))
         is_blind = is_blind and abs(math.remainder(heading - view.base[2], math.tau)) > CAMERA_WIDTH / 2
         waits = may_turn and not robot.moving and (is_blind or robot.time_left < robot.turn_left(heading))
-        robot.set_rate(0.0 if self._stops or waits else governor.path_rate(view, robot))
+        robot.drives = 0.0 if self._stops or waits else 1.0
         moves = robot.moving
         if not moves and math.dist(goal, view.base[:2]) < ARRIVED:
             looks_round = yaw is None and view.gaze is not None
@@ -135,7 +135,6 @@ class Driver:
 
     def turn(self, view: View, robot: RobotMotion, yaw: float) -> bool:
         """Turn to a heading, rad, if the base may turn and the hand is in; return whether the base may turn."""
-        governor.bound_turning(view, robot)
         may_turn = self._may_turn(view, robot, yaw)
         if may_turn and robot.hand_out <= self._embodiment.approach.turn:
             robot.turn_to(yaw)

@@ -99,7 +99,7 @@ class RobotMotion(BaseMotion):
         """
         limits = self.robot.limits
         self.now = 0.0
-        self.catch_up, self.is_watched = _CATCH_UP_SPEED, False
+        self.catch_up, self.drives = _CATCH_UP_SPEED, 0.0
         self.giving_way = GivingWay(len(arm_of(self.robot).tucked))
         self._feedback, self._turn_feedback = _CATCH_UP_SPEED, _CATCH_UP_TURN
         self._seen_at = float(base[0]), float(base[1])
@@ -301,9 +301,6 @@ class RobotMotion(BaseMotion):
         Returns:
             Base velocities, arm joint targets and gripper target at its end in one array, laid out as the robot's.
         """
-        if not self.is_watched:
-            self.set_rate(0.0)
-        self.is_watched = False
         if self._lands_at is not None:
             self.reach(self._lands_at)
         action, layout = self._action, self.robot.layout

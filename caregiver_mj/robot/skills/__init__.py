@@ -1,8 +1,8 @@
 """What the robot can do: block, close, go to a cell, stand aside, rest, pick, pick up, retrieve, place.
 
-Each skill is a small state machine over references. Its `step` is called once a control timestep; it looks at a `View`
-of the world, sets goals of the `RobotMotion` and returns its `Status`. Skills know tables, candles and cells, but
-nothing of danger.
+Each skill is a small state machine over references. Its `step` is called at every control timestep, but only ten times
+a second while it drives with the hand in; it looks at a `View` of the world, sets goals of the `RobotMotion` and
+returns its `Status`. Skills know tables, candles and cells, but nothing of danger.
 """
 
 from caregiver_mj.robot.skills.close import Close

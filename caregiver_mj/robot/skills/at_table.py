@@ -73,7 +73,7 @@ class AtTable(Skill):
         return self._stage(view, robot)
 
     def _drive(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell, yaw: float) -> Status:
-        """Drive on for one control timestep; it gets no farther out of a child's way than that comes after it.
+        """Drive on; it gets no farther out of a child's way than that comes after it.
 
         The way past a toddler is often open for the time of one of its steps only.
 
@@ -89,7 +89,7 @@ class AtTable(Skill):
                 return Status.OUT_OF_REACH
         if self.driver.stands_aside(view.now):
             haste = (_ASIDE_GAP - gap(view, self.embodiment)) / (_ASIDE_GAP - _AT_ONCE_GAP)
-            robot.set_rate(min(robot.rate_ahead, max(0.0, haste)))
+            robot.drives = min(robot.drives, max(0.0, haste))
         return status
 
     def _is_held_up(self, view: View, robot: RobotMotion, goal: Vector) -> bool:

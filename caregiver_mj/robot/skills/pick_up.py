@@ -74,7 +74,6 @@ class PickUp(Reaching):
         self._planner = planner
         self._stance: Stance | None = None
         self._aim = np.zeros(3)
-        self._search: Search[Stance | None] | None = None  # for one, under way
         self._stage: Callable[[View, RobotMotion], Status] = self._approach
         self._way: list[float] = []  # of the hand on its path, to go to one after the other
         self._speed = math.inf  # of that at most
