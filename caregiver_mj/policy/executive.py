@@ -65,6 +65,7 @@ class Executive:
         self.left: dict[int, State] = {}
         self._means.cooldowns.forget()
         self._was_done = False  # whether the present intervention is completed, and goes on
+        self._asks_at = -math.inf  # after which its skill, if it only drives, takes its next step
 
     @property
     def assessment(self) -> Assessment | None:
