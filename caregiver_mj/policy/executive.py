@@ -98,8 +98,8 @@ class Executive:
         if new_move or view.now == 0.0 or self.routine is None:
             self._decide(view, self.percept(view), observed=all_known)
         # Ten times a second is enough for a skill that only drives: a child walks 5 cm meanwhile, and `govern` bounds
-        # the base at every step.
-        is_due = new_move or robot.hand_out > 0.0 or view.now > self._asks_at
+        # the base at every step. One that must turn to see takes every step.
+        is_due = new_move or robot.hand_out > 0.0 or view.gaze is not None or view.now > self._asks_at
         if self.routine and (is_due or self.routine.skill.is_searching):
             self._asks_at = view.now + _INTERVAL - 1e-6
             self._note(self.routine.step(view, robot, lambda: self.percept(view)), view)
