@@ -34,7 +34,7 @@ class BaseMotion:
     Attributes:
         now: The present time.
         led_off: How often the base has given its path up: it had been led off it, or could not stop in time on it.
-        is_watched: Whether it has been said how fast the base may drive, and turn, at this control timestep.
+        drives: The share, 0 to 1, of its planned speed at which its skill wants it to drive.
         limits: Those of the robot that are in force: with something in its hand they are lower.
         stops: Whether it has given its path up and has no new one yet. It then comes to rest as soon as it can,
             whatever rate it is asked for.
@@ -42,7 +42,8 @@ class BaseMotion:
 
     now = 0.0
     led_off = 0
-    is_watched = stops = False
+    drives = 0.0
+    stops = False
     _path: BasePath | None
     _playback: ScalarMotion
     _rate: float  # that was asked for last
@@ -109,11 +110,7 @@ class BaseMotion:
             self._playback.run_at(1.0, self.now, at_once=True)
 
     def set_rate(self, rate: float) -> None:
-        """Set the share, 0 to 1, of its planned speed at which the base moves along its path.
-
-        It holds for one control timestep; without another call the base stops.
-        """
-        self.is_watched = True
+        """Set the share, 0 to 1, of its planned speed at which the base moves along its path."""
         if self._path is None or self.stops:
             return
         if self._rate == 0.0 and self._playback.at(self.now)[0] < self._path.turned_in:
@@ -168,11 +165,6 @@ class BaseMotion:
     def rate(self) -> float:
         """The share, 0 to 1, of its planned speed at which the base goes along its path now; 0 without a path."""
         return 0.0 if self._path is None else self._playback.at(self.now)[1]
-
-    @property
-    def rate_ahead(self) -> float:
-        """The rate that it comes to, as it was last set."""
-        return self._rate
 
     @property
     def moving(self) -> bool:

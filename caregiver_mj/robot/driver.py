@@ -1,6 +1,6 @@
 """Driving: to the goal of a skill, round children or out of their way, never faster than the robot can stop.
 
-A skill calls its `Driver.drive` once a control timestep. The driver plans a path and follows it at the rate that the
+A skill calls its `Driver.drive` at every step. The driver plans a path and follows it at the rate that the
 children allow. Where robot and child block each other it yields, or waits if it must not yield. It gives up a goal that
 children keep closed.
 """
@@ -82,7 +82,7 @@ class Driver:
         self._refuges: dict[Cell, float] = {}  # time of rest in each refuge, s
 
     def drive(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell, yaw: float | None = None) -> Status:
-        """Drive for one control timestep.
+        """Drive until the next step.
 
         Args:
             view: The robot's view.
@@ -107,7 +107,7 @@ class Driver:
         is_blind = view.gaze is not None and (self.is_loaded or not (view.children or view.hidden))
         is_blind = is_blind and abs(math.remainder(heading - view.base[2], math.tau)) > CAMERA_WIDTH / 2
         waits = may_turn and not robot.moving and (is_blind or robot.time_left < robot.turn_left(heading))
-        robot.set_rate(0.0 if self._stops or waits else governor.path_rate(view, robot))
+        robot.drives = 0.0 if self._stops or waits else 1.0
         moves = robot.moving
         if not moves and math.dist(goal, view.base[:2]) < ARRIVED:
             looks_round = yaw is None and view.gaze is not None
@@ -125,7 +125,6 @@ class Driver:
 
     def turn(self, view: View, robot: RobotMotion, yaw: float) -> bool:
         """Turn to a heading, rad, if the base may turn and the hand is in; return whether the base may turn."""
-        governor.bound_turning(view, robot)
         may_turn = self._may_turn(view, robot, yaw)
         if may_turn and robot.hand_out <= self._embodiment.approach.turn:
             robot.turn_to(yaw)

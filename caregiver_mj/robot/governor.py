@@ -1,7 +1,7 @@
 """The governor: all that bounds how fast the robot may be beside a child, applied in one place.
 
-How fast that is `robot.separation` works out. A driver asks here at what rate its path may be driven; when the skill
-has set its goals, `govern` bounds what comes of them and makes the action.
+How fast that is `robot.separation` works out. When the skill has set its goals, `govern` bounds what comes of them and
+makes the action, at every control timestep.
 """
 
 from __future__ import annotations
@@ -17,12 +17,13 @@ from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.view import View
 
 
-def bound_turning(view: View, robot: RobotMotion) -> None:
-    """Bound how fast the base turns."""
+def bound_base(view: View, robot: RobotMotion) -> None:
+    """Bound how fast the base turns, and how fast it drives where its skill wants it to."""
     rate = math.inf
     if not separation.is_alone(view, robot.robot):
         rate = separation.allowed_turning(view, robot.robot, robot.base_reference()[1], robot.turning)
     robot.bound_turning(rate)
+    robot.set_rate(min(robot.drives, path_rate(view, robot)))
 
 
 def path_rate(view: View, robot: RobotMotion) -> float:
@@ -41,8 +42,7 @@ def govern(view: View, robot: RobotMotion, clearance: Clearance, control_timeste
         clearance: How much room there is.
         control_timestep: Seconds until the next action.
     """
-    if not robot.is_watched:  # by a skill that does not drive, but the one before it may have had it turn
-        bound_turning(view, robot)
+    bound_base(view, robot)
     if separation.is_alone(view, robot.robot, separation.FREE + view.unsure):
         robot.giving_way.yields, robot.catch_up = False, math.inf
         return robot.action(view.base, view.arm)

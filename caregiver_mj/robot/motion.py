@@ -98,7 +98,7 @@ class RobotMotion(BaseMotion):
         """
         limits = self.robot.limits
         self.now = 0.0
-        self.catch_up, self.is_watched = _CATCH_UP_SPEED, False
+        self.catch_up, self.drives = _CATCH_UP_SPEED, 0.0
         self.giving_way = GivingWay(len(arm_of(self.robot).tucked))
         self._feedback, self._turn_feedback = _CATCH_UP_SPEED, _CATCH_UP_TURN
         self._seen_at = float(base[0]), float(base[1])
@@ -185,17 +185,17 @@ class RobotMotion(BaseMotion):
         Raises:
             CaregiverError: There is a pose in between, at which the hand must stop first.
         """
+        self._lands_at = None
+        self._crept = min(self._crept, self.now) if creeps else math.inf
+        if self._reach.rests_at(s) and speed == math.inf and not (creeps or self.may_be_off):
+            return  # most of the time
         first, last = self.reach_path.span(self.reached, s)
         if last - first > 1:
             raise CaregiverError(
                 f"reach must be a pose next to the hand, at {self.reached:.2f}, or short of it, got {s:g}: "
                 "stop at every pose on the way"
             )
-        self._lands_at, limits = None, self.reach_path.limits(self.reached, s)
-        self._crept = min(self._crept, self.now) if creeps else math.inf
-        if self._reach.rests_at(s) and speed == math.inf and not (creeps or self.may_be_off):
-            self._reach.set_limits(limits)
-            return
+        limits = self.reach_path.limits(self.reached, s)
         if creeps:
             speed = CREEP / self.reach_path.longest(arm_of(self.robot), 0.0, self.reach_path.goal)
         if abs(self._reach.at(self.now)[1]) > 1.1 * speed:
@@ -313,9 +313,6 @@ class RobotMotion(BaseMotion):
         Returns:
             Base velocities, arm joint targets and gripper target at its end in one array, laid out as the robot's.
         """
-        if not self.is_watched:
-            self.set_rate(0.0)
-        self.is_watched = False
         if self._lands_at is not None:
             self.reach(self._lands_at)
         action, layout = self._action, self.robot.layout

@@ -217,8 +217,8 @@ class Navigator(Routes):
             j = len(points) - 1
             while j > i + 1 and not self.visible(points[i], points[j], children, shut, hand):
                 j -= 1
-            next_to_it = j == i + 1 and self.visible(points[i], points[j])
-            if next_to_it and not self.visible(points[i], points[j], children, hand=hand):
+            line = points[i], points[j]
+            if j == i + 1 and not self.visible(*line, children, hand=hand) and self.visible(*line):
                 return None
             kept.append(points[j])
             i, hand = j, None  # there the base can turn

@@ -86,6 +86,11 @@ class View:
         """Return the unit vector (3,) from a candle's foot to its top, in the house."""
         return upwards(self.candle_orientations[candle])
 
+    def candle_upright(self, candle: int) -> float:
+        """Return the cosine of a candle's tilt."""
+        _, x, y, _ = self.candle_orientations[candle].tolist()
+        return 1 - 2 * (x * x + y * y)
+
     @property
     def closed_gates(self) -> np.ndarray:
         """Whether each gate is closed, (gates,)."""
@@ -102,5 +107,5 @@ class View:
 
     def stands_on_table(self, candle: int, table: int) -> bool:
         """Return whether a candle is upright at a table's height, so that it can be gripped from the front."""
-        height, (_, x, y, _) = float(self.candles[candle, 2]), self.candle_orientations[candle].tolist()
-        return abs(height - self.table_height(table)) < OFF_TABLE and 1 - 2 * (x * x + y * y) > UPRIGHT
+        height = float(self.candles[candle, 2])
+        return abs(height - self.table_height(table)) < OFF_TABLE and self.candle_upright(candle) > UPRIGHT

@@ -9,6 +9,7 @@ from views import child, view
 
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.robot import governor
 from caregiver_mj.robot.driver import Driver
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.motion import RobotMotion
@@ -54,6 +55,7 @@ class Drive:
         self.trace.append(self.base)
         seen = view(*self.children, base=self.base, now=self.robot.now)
         status = self.driver.drive(seen, self.robot, centre(self._plan, self._goal), self._goal, self.robot.yaw)
+        governor.bound_base(seen, self.robot)
         self.robot.action(self.base)
         self.robot.now += TIMESTEP
         self.children = [
@@ -83,6 +85,19 @@ def walks_from(plan: FloorPlan, cell: Cell, east: float) -> ChildView:
     return child(*centre(plan, cell), east * WALKING_SPEED, 0.0)
 
 
+def test_a_base_slows_down_for_a_child_between_two_steps_of_its_skill():
+    """A skill that drives is asked ten times a second only."""
+    drive = Drive(OPEN, (3, 1), (3, 6))
+    drive.run(0.9)
+    robot, before = drive.robot, drive.robot.rate
+    seen = view(child(drive.base[0] + TOUCHING + 0.3, drive.base[1]), base=drive.base, now=robot.now)
+    for _ in range(5):
+        governor.bound_base(seen, robot)
+        robot.action(drive.base)
+        robot.now += TIMESTEP
+    assert robot.rate < 0.95 * before
+
+
 @pytest.mark.parametrize(("distance", "turns"), [(0.6, False), (0.75, True)])
 def test_the_hand_is_not_swung_round_beside_a_child(distance, turns):
     driver, robot = Driver(Navigator(OPEN, ROBOT)), RobotMotion(ROBOT, TIMESTEP)
@@ -91,6 +106,7 @@ def test_the_hand_is_not_swung_round_beside_a_child(distance, turns):
     for _ in range(100):
         seen = view(child(x + 9.0, y), child(x + distance, y), base=(x, y, robot.yaw), now=robot.now)
         driver.drive(seen, robot, (x, y), (2, 4), 1.0)
+        governor.bound_base(seen, robot)
         robot.action((x, y, robot.yaw))
         robot.now += TIMESTEP
     assert robot.yaw == pytest.approx(1.0 if turns else 0.0)
@@ -105,6 +121,7 @@ def test_a_turn_stops_when_a_child_comes_and_goes_on_when_it_has_gone():
         near = 15 <= step < 150
         seen = view(child(x + (0.55 if near else 2.0), y), base=(x, y, robot.yaw), now=robot.now)
         driver.drive(seen, robot, (x, y), (2, 4), 2.0)
+        governor.bound_base(seen, robot)
         robot.action((x, y, robot.yaw))
         robot.now += TIMESTEP
         headings.append(robot.yaw)
@@ -126,6 +143,7 @@ def test_a_turn_that_gets_on_between_a_childs_visits_is_not_given_up(leaves, end
         away = 0.72 if leaves and step % 100 < 40 else 0.5  # for less than half of the time
         seen = view(child(x + away, y), base=(x, y, robot.yaw), now=robot.now)
         status, step = driver.drive(seen, robot, (x, y), (2, 4), math.pi), step + 1
+        governor.bound_base(seen, robot)
         robot.action((x, y, robot.yaw))
         robot.now += TIMESTEP
     assert status is ends

@@ -14,7 +14,7 @@ TABLE_TOP = 0.60  # metres
 
 @pytest.fixture(scope="module", params=tuple(EMBODIMENTS))
 def env(request):
-    return caregiver_mj.load("relocate_candle", SMALL, 0.5, random=2, task_kwargs={"embodiment": request.param})
+    return caregiver_mj.load("relocate_candle", SMALL, 0.5, random=3, task_kwargs={"embodiment": request.param})
 
 
 @pytest.mark.parametrize("symbol", ["C", "M"])

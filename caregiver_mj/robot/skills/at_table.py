@@ -73,7 +73,7 @@ class AtTable(Skill):
         return self._stage(view, robot)
 
     def _drive(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell, yaw: float) -> Status:
-        """Drive for one control timestep, and make room for a coming child only as far as it follows.
+        """Drive on, and make room for a coming child only as far as it follows.
 
         The way past a toddler is often open during one of its moves only.
 
@@ -89,7 +89,7 @@ class AtTable(Skill):
                 return Status.OUT_OF_REACH
         if self.driver.stands_aside(view.now):
             haste = (_ASIDE_GAP - gap(view, self.embodiment)) / (_ASIDE_GAP - _AT_ONCE_GAP)
-            robot.set_rate(min(robot.rate_ahead, max(0.0, haste)))
+            robot.drives = min(robot.drives, max(0.0, haste))
         return status
 
     def _is_held_up(self, view: View, robot: RobotMotion, goal: Vector) -> bool:

@@ -72,7 +72,6 @@ class PickUp(Reaching):
         self._planner = planner
         self._stance: Stance | None = None
         self._aim = np.zeros(3)
-        self._search: Search[Stance | None] | None = None  # for a stance, under way
         self._stage: Callable[[View, RobotMotion], Status] = self._approach
         self._way: list[float] = []  # next poses of the hand on its path
         self._speed = math.inf  # greatest speed on it

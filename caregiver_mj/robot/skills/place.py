@@ -58,7 +58,7 @@ class Place(AtTable):
         self._full_until = math.inf
         if robot.reached < 1e-6:
             self._hand, height = self._measure(view)
-            is_tilted = float(view.candle_axis(self.candle)[2]) < _UPRIGHT
+            is_tilted = view.candle_upright(self.candle) < _UPRIGHT
             if is_tilted or self._hand[0] > _SLIPPED:
                 robot.turn_gently(_SLOWLY if is_tilted or self._hand[0] > _NEARLY_OUT else math.inf)
             gap = _PLACE_GAP + _EDGE * (self.thing.width - layout.CANDLE_RADIUS)

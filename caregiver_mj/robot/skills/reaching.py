@@ -12,6 +12,7 @@ from caregiver_mj.robot.driver import TIME_OUT
 from caregiver_mj.robot.kinematics import hand_position
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
+from caregiver_mj.robot.retrieval import Search, Stance
 from caregiver_mj.robot.separation import is_child_at_line
 from caregiver_mj.robot.skills.skill import Skill
 from caregiver_mj.robot.view import View
@@ -30,6 +31,11 @@ class Reaching(Skill):
         super().__init__(navigator, loaded)
         self._since = 0.0  # s; begin of reaching, gripping or withdrawing
         self._seen, self._seen_since = np.full(3, np.inf), 0.0
+        self._search: Search[Stance | None] | None = None  # for a place to stand, under way
+
+    @property
+    def is_searching(self) -> bool:
+        return self._search is not None
 
     @abc.abstractmethod
     def _place(self, view: View) -> np.ndarray:

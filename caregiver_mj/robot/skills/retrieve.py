@@ -43,7 +43,6 @@ class Retrieve(Reaching):
             self.status = Status.COMMITTED
         self._planner = planner
         self._stance: Stance | None = None
-        self._search: Search[Stance | None] | None = None  # for a stance, under way
         self._steps: list[tuple[float, float | None]] = []  # of the hand: next pose on its path, gripper command there
         self._until = self._choose_at = 0.0
         self._failures = 0

@@ -38,7 +38,9 @@ def test_a_base_goes_no_farther_out_of_a_childs_way_than_that_comes_after_it():
     gaps = []
     for speed in [WALKING_SPEED] * 84 + [0.0] * 65:  # one move, and a pause shorter than it stays aside
         base = (*robot.base_reference()[0], robot.yaw)
-        pick.step(view(child(x, y, speed), base=base, now=robot.now, candles=[candle]), robot)
+        seen = view(child(x, y, speed), base=base, now=robot.now, candles=[candle])
+        pick.step(seen, robot)
+        governor.bound_base(seen, robot)
         robot.action(base)
         robot.now += TIMESTEP
         x += speed * TIMESTEP
@@ -56,7 +58,9 @@ def hand_out_at_most(see, seconds):
     out = []
     while robot.now < seconds:
         base, *who = see(robot)
-        pick.step(view(*who, base=base, now=robot.now, candles=[candle]), robot)
+        seen = view(*who, base=base, now=robot.now, candles=[candle])
+        pick.step(seen, robot)
+        governor.bound_base(seen, robot)
         robot.action(base)
         robot.now += TIMESTEP
         out.append(robot.hand_out)
@@ -99,6 +103,7 @@ def test_the_hand_does_not_come_over_a_child_that_walks_up_to_the_side_of_the_ta
         base = (*robot.base_reference()[0], robot.yaw)
         seen = view(child(there, y), base=base, now=robot.now, candles=[(x, y, 0.6, 1.0, 0.0, 0.0, 0.0)])
         pick.step(seen, robot)
+        governor.bound_base(seen, robot)
         robot.action(base)
         robot.now += TIMESTEP
         ahead, _, height = arm.pinch(robot.reach_path.joints(robot.reached)).tolist()
@@ -125,6 +130,7 @@ def test_a_base_that_stops_for_a_new_path_beside_a_child_goes_on_to_the_candle(b
             robot.set_rate(governor.path_rate(seen, robot))
         else:
             pick.step(seen, robot)
+        governor.bound_base(seen, robot)
         robot.action(base)
         robot.now += TIMESTEP
         reached.append(robot.reached)
@@ -141,7 +147,9 @@ def test_the_hand_waits_until_all_of_it_is_before_the_table(aside, comes_out):
     who = child(x + layout.TABLE_HALF_SIZE + CHILD_RADIUS, y)
     out = []
     while robot.now < 1.0:
-        pick.step(view(who, base=base, now=robot.now, candles=[(x, y, 0.6, 1.0, 0.0, 0.0, 0.0)]), robot)
+        seen = view(who, base=base, now=robot.now, candles=[(x, y, 0.6, 1.0, 0.0, 0.0, 0.0)])
+        pick.step(seen, robot)
+        governor.bound_base(seen, robot)
         robot.action(base)
         robot.now += TIMESTEP
         out.append(robot.hand_out)

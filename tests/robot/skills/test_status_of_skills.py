@@ -11,7 +11,7 @@ from views import child
 import caregiver_mj
 from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.robot import geometry
+from caregiver_mj.robot import geometry, governor
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.kinematics import hand_position
 from caregiver_mj.robot.motion import RobotMotion
@@ -87,6 +87,7 @@ class Stage:
         seen = self.look()
         status = skill.step(seen, self._robot)
         assert skill.status is status
+        governor.bound_base(seen, self._robot)
         self._env.step(self._robot.action(seen.base))
         self._robot.now += TIMESTEP
         return status
