@@ -254,10 +254,11 @@ def test_a_base_is_at_rest_before_a_child_that_comes_whatever_its_path(way, when
         if robot.now >= sets_off:
             walks = CHILD_SPEED * (base - toddler) / room
         seen = view(child(*toddler, *walks), base=(*base, 0.0), now=robot.now)
-        robot.set_rate(governor.path_rate(seen, robot))
+        robot.drives = 1.0
         told = governor.govern(seen, robot, clearance, TIMESTEP)[ROBOT.layout.base][:2]
         base, toddler = base + TIMESTEP * told, toddler + TIMESTEP * walks
         robot.now += TIMESTEP
+    assert base.any()  # it had set off
     assert robot.now >= 8.0 or told @ (toddler - base) < STRIKE_SPEED * TOUCHING
 
 
