@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import math
 from collections.abc import Callable
 
 import numpy as np
@@ -19,8 +18,6 @@ from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.retrieval import RetrievalPlanner
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
-
-_INTERVAL = 0.1  # s; between two steps of a skill that only drives
 
 
 class Executive:
@@ -65,7 +62,6 @@ class Executive:
         self.left: dict[int, State] = {}
         self._means.cooldowns.forget()
         self._was_done = False  # whether the present intervention was completed, but continues
-        self._asks_at = -math.inf  # time after which its skill, if it only drives, takes its next step
 
     @property
     def assessment(self) -> Assessment | None:
@@ -93,11 +89,7 @@ class Executive:
             self.routine.skill.driver.replan()
         if new_move or view.now == 0.0 or self.routine is None:
             self._decide(view, self.percept(view), observed=all_known)
-        # Ten times a second is enough for a skill that only drives: a child walks 5 cm meanwhile, and `govern` bounds
-        # the base at every step. One that must turn to see takes every step.
-        is_due = new_move or robot.hand_out > 0.0 or view.gaze is not None or view.now > self._asks_at
-        if self.routine and (is_due or self.routine.skill.is_searching):
-            self._asks_at = view.now + _INTERVAL - 1e-6
+        if self.routine:
             self._note(self.routine.step(view, robot, lambda: self.percept(view)), view)
 
     def percept(self, view: View) -> Percept:
@@ -128,7 +120,7 @@ class Executive:
     def _begin(self, wanted: Intervention, view: View, percept: Percept) -> None:
         self.begun += verb_of(wanted.verb).counts
         self.routine = half_of(wanted.verb, ROUTINES, "policy.routines.ROUTINES")(self._means, wanted, view, percept)
-        self._was_done, self._asks_at = False, -math.inf
+        self._was_done = False
 
     def _note(self, status: Status, view: View) -> None:
         if self.routine is None or not status.ended:

@@ -11,7 +11,6 @@ from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.policy.routines import COOLDOWN, LEFT_LYING, Cooldowns
-from caregiver_mj.robot.skills import Skill
 
 
 @pytest.mark.parametrize(("house", "children"), [("house-3", "0.5"), ("paper", "1,0.5")])
@@ -82,13 +81,3 @@ def test_each_failure_doubles_the_wait_until_something_is_done_about_that_hazard
     cooldowns.succeed(1)
     cooldowns.fail(1, now)
     assert cooldowns.active(now + COOLDOWN).tolist() == [False, False]
-
-
-def test_a_skill_that_drives_is_asked_ten_times_a_second():
-    env = load("block_stairs", random=0, visuals=False)
-    policy = CaregiverPolicy(env)
-    timestep = env.reset()
-    with mock.patch.object(Skill, "step", autospec=True, side_effect=Skill.step) as step:
-        for _ in range(100):  # two seconds, in which a child begins two moves
-            timestep = env.step(policy(timestep))
-    assert 20 <= step.call_count <= 23

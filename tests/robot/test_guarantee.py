@@ -85,8 +85,7 @@ def greatest_speed_at_a_touch(
             seen.children = tuple(one._replace(position=at) for one, at in zip(seen.children, ahead, strict=True))
             seen.age, seen.unsure = late, late * BUMP_SPEED
         motion.now = now
-        # A skill that drives is asked ten times a second, and the governor bounds the base at every step.
-        if step % 5 == 0 and driver.drive(seen, motion, centre(plan, goal), goal, yaw) is not Status.RUNNING:
+        if driver.drive(seen, motion, centre(plan, goal), goal, yaw) is not Status.RUNNING:
             driver = Driver(navigator)
         command = governor.govern(seen, motion, navigator.clearance, TIMESTEP)[robot.layout.base]
         for part in range(1, SUBSTEPS + 1):

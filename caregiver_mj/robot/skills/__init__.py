@@ -1,8 +1,7 @@
 """Skills: block, close, go to a cell, stand aside, rest, pick, pick up, retrieve, place.
 
-Each skill is a small state machine over references. Its `step` looks at a `View`, sets goals of the `RobotMotion` and
-returns its `Status`: at every control timestep, but only ten times a second while it drives with the hand in. Skills
-know tables, candles and cells, but no danger.
+Each skill is a small state machine over references. Its `step`, called once a control timestep, looks at a `View`, sets
+goals of the `RobotMotion` and returns its `Status`. Skills know tables, candles and cells, but no danger.
 """
 
 from caregiver_mj.robot.skills.close import Close

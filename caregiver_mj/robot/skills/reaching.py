@@ -33,10 +33,6 @@ class Reaching(Skill):
         self._seen, self._seen_since = np.full(3, np.inf), 0.0
         self._search: Search[Stance | None] | None = None  # for a place to stand, under way
 
-    @property
-    def is_searching(self) -> bool:
-        return self._search is not None
-
     @abc.abstractmethod
     def _place(self, view: View) -> np.ndarray:
         """Return the position of the thing, (3,)."""

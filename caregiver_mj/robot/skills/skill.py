@@ -32,19 +32,14 @@ class Skill(abc.ABC):
         self._navigator = navigator
 
     def step(self, view: View, robot: RobotMotion) -> Status:
-        """Set goals until the next step. After its end a skill is not stepped, except for `Block` and `GoTo`."""
+        """Set goals for one control timestep. After its end a skill is not stepped, except for `Block` and `GoTo`."""
         robot.drives = 0.0  # a base that the skill does not drive stops
         self.status = self._act(view, robot)
         return self.status
 
-    @property
-    def is_searching(self) -> bool:
-        """Whether it looks for a way of the arm, a little at every step."""
-        return False
-
     @abc.abstractmethod
     def _act(self, view: View, robot: RobotMotion) -> Status:
-        """Set goals until the next step, and return the status."""
+        """Set goals for one control timestep, and return the status."""
 
 
 class Rest(Skill):
