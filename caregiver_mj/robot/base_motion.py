@@ -1,4 +1,4 @@
-"""The base's reference: a path, played back as fast as the child allows."""
+"""The base's reference: a path, played back at the rate that the children allow."""
 
 from __future__ import annotations
 
@@ -12,32 +12,30 @@ from caregiver_mj.robot.geometry import Vector
 from caregiver_mj.robot.limits import Limits, RobotLimits
 from caregiver_mj.robot.scalar_motion import NOTHING, PathError, ScalarMotion
 
-_CORNER_DEVIATIONS = (0.2, 0.12, 0.06)  # metres by which corners of a path are cut, if there is room
-_CHECK_INTERVAL = 0.08  # seconds between the points of a path that are checked for room
+_CORNER_DEVIATIONS = (0.2, 0.12, 0.06)  # m; cuts of a path's corners, the first with room
+_CHECK_INTERVAL = 0.08  # s; between points of a path that are checked for room
 _LOOKS = 33  # points of a line that are checked for room
 
-# The path is played back at a rate of 0 to 1, to slow down on it. The slower the path itself is, the quicker the rate
-# may change; below this speed it makes no difference any more.
-_SLOW = 0.3  # m/s
-PLANNED_AHEAD = 0.1  # seconds on the path at which `planned` looks
-_AHEAD = tuple(0.025 * i for i in range(9))  # seconds on the path for which a change of rate must leave room
-_LEAST_SHARE = 0.05  # of the base's acceleration, a change of rate may always have
-NO_SPEED = 1e-3  # m/s that are none: a slower base is at rest, and commands that differ by less are the same
-_SAME_WAY = math.cos(math.radians(25.0))  # of the angle between motion and new path, for the base to go on as it does
+_SLOW = 0.3  # m/s; the slower the path, the quicker the rate of playback may change, down to this speed
+PLANNED_AHEAD = 0.1  # s; look-ahead of `planned` on the path
+_AHEAD = tuple(0.025 * i for i in range(9))  # s; times ahead on the path at which a change of rate must leave room
+_LEAST_SHARE = 0.05  # share of the base's acceleration that a change of rate may always use
+NO_SPEED = 1e-3  # m/s; a slower base is at rest, and commands that differ by less are the same
+_SAME_WAY = math.cos(math.radians(25.0))  # cosine between motion and new path above which the base goes on braking
 
 
 class BaseMotion:
-    """References of the base, now and in future.
+    """The base's references, present and future.
 
-    Times are seconds since the start of the episode, positions metres in the house.
+    Times are in s since the start of the episode, positions in m in the house.
 
     Attributes:
-        now: The present time.
-        led_off: How often the base has given its path up: it had been led off it, or could not stop in time on it.
-        drives: The share, 0 to 1, of its planned speed at which its skill wants it to drive.
-        limits: Those of the robot that are in force: with something in its hand they are lower.
-        stops: Whether it has given its path up and has no new one yet. It then comes to rest as soon as it can,
-            whatever rate it is asked for.
+        now: Present time.
+        led_off: Number of paths given up, because the base had left the path or could not stop in time on it.
+        drives: Share, 0 to 1, of the planned speed that the skill wants.
+        limits: The robot's limits in force; they are lower with something in its hand.
+        stops: Whether the base has given up its path and has no new one yet. It then comes to rest as soon as possible,
+            whatever its rate.
     """
 
     now = 0.0
@@ -46,18 +44,18 @@ class BaseMotion:
     stops = False
     _path: BasePath | None
     _playback: ScalarMotion
-    _rate: float  # that was asked for last
+    _rate: float  # last requested
 
     def __init__(self, limits: RobotLimits):
-        self.limits = limits  # that are in force
-        self._looked_up: tuple[float, tuple[Vector, Vector, Vector]] | None = None  # the last moment, and its motion
+        self.limits = limits
+        self._looked_up: tuple[float, tuple[Vector, Vector, Vector]] | None = None  # last time, and motion then
 
     def drive_along(self, points: Sequence[Vector], is_clear: Callable[[np.ndarray], bool]) -> None:
-        """Take a new path, from the motion that is under way now.
+        """Take a new path, which continues the present motion.
 
         Args:
-            points: Polyline to follow.
-            is_clear: Tells whether the base has room at points (n, 2). Corners are cut as long as it does.
+            points: Polyline to follow, m.
+            is_clear: Returns whether the base has room at points, m, (n, 2). It decides how far corners are cut.
 
         Raises:
             PathError: The base is too fast to turn into it, has no room to, or is about to come to rest; stop first.
@@ -67,7 +65,7 @@ class BaseMotion:
         brakes = moves and self._playback.at(self.now)[2] < 0.0 and _leads_on(points, velocity)
         if brakes and self._path is not None:
             _, velocity, acceleration = self._path.at(self._playback.at(self.now)[0])
-        # A path ends a protective stop with less jerk than the stop itself: near rest the base would turn back by it.
+        # The path has less jerk than a protective stop: with a stop almost over, the base would turn back on it.
         slows = velocity[0] * acceleration[0] + velocity[1] * acceleration[1] < 0.0
         if moves and slows and math.hypot(*acceleration) ** 2 > 2 * self.limits.base.jerk * math.hypot(*velocity):
             raise PathError("the base is about to come to rest")
@@ -82,24 +80,23 @@ class BaseMotion:
         self._path, self.stops = path, False
         self._asked = points, is_clear
         self._looked_up = None
-        # A base that slows down goes on with that if it goes on much the same way: its path begins as fast as the last
-        # one goes on there, at the same rate. Else the path begins with the present velocity, and is played back at
-        # full rate from the first moment; from rest the rate may start anywhere, and starts at nothing until `set_rate`
-        # says how much the child allows.
+        # A braking base goes on braking if the direction is similar: the new path begins with the last path's velocity,
+        # at the same rate. Else it begins with the base's velocity, at full rate; from rest, at rate 0 until `set_rate`
+        # gives the rate that the children allow.
         if brakes:
             self._playback.begin_anew(self.now)
             return
-        self._playback = ScalarMotion(Limits(1.0, 1.0, 1.0), 0.0)  # from its first change on: `_rate_limits`
+        self._playback = ScalarMotion(Limits(1.0, 1.0, 1.0), 0.0)  # until its first change: see `_rate_limits`
         self._rate = 1.0 if moves else 0.0
         self._playback.run_at(self._rate, self.now, at_once=True)
 
     def let_go(self, position: Vector, velocity: Vector, acceleration: Vector) -> None:
-        """Give the base's path up, and come to rest from where it is as soon as it can.
+        """Give up the path, and come to rest as soon as possible.
 
         Args:
-            position: Where it is, metres.
-            velocity: What it does there, m/s.
-            acceleration: The same, m/s^2.
+            position: Position of the base, m.
+            velocity: Its velocity, m/s.
+            acceleration: Its acceleration, m/s^2.
         """
         self.led_off += 1
         self._hold(position)
@@ -110,7 +107,7 @@ class BaseMotion:
             self._playback.run_at(1.0, self.now, at_once=True)
 
     def set_rate(self, rate: float) -> None:
-        """Set the share, 0 to 1, of its planned speed at which the base moves along its path."""
+        """Set the rate of playback: the share, 0 to 1, of the planned speed."""
         if self._path is None or self.stops:
             return
         if self._rate == 0.0 and self._playback.at(self.now)[0] < self._path.turned_in:
@@ -118,20 +115,21 @@ class BaseMotion:
         if self._rate == 0.0 and self._playback.at(self.now)[:2] == (0.0, 0.0):
             self._rate, self._looked_up = rate, None
             self._playback.run_at(rate, self.now, at_once=True)
-        # The solver is asked for worthwhile changes only.
+        # Solve only for worthwhile changes.
         elif abs(rate - self._rate) > min(0.04, 0.2 * self._rate) or (rate in (0.0, 1.0) and rate != self._rate):
             self._rate = rate
             self._change_rate()
-        elif self._playback.arrival > self.now:  # meanwhile the path may leave more to the rate, or less
+        elif self._playback.arrival > self.now:  # the path may leave the rate more by now, or less
             self._change_rate()
 
     def _turn_on_the_spot(self, path: BasePath) -> None:
-        """Begin a path anew from rest, if the base has stopped before it has turned into it.
+        """Plan a path anew from rest if the base has stopped while turning into it.
 
-        What is left of its turn may lead on to what it has stopped for, and it would stand there until that goes.
+        The rest of the turn may lead towards the child that stopped the base, which would block it until the child
+        leaves.
         """
         if self._playback.arrival > self.now:
-            return  # it has not stopped yet
+            return  # not stopped yet
         (_, *points), is_clear = self._asked
         here = path.at(self._playback.at(self.now)[0])[0]
         if points and is_clear(np.linspace(here, points[0], _LOOKS)):
@@ -139,56 +137,56 @@ class BaseMotion:
 
     def _change_rate(self) -> None:
         self._looked_up = None
-        assert self._path is not None  # it is the rate of one
+        assert self._path is not None  # only a path has a rate
         self._playback.set_limits(self._rate_limits(self._path))
-        # It would slow down to each rate gently and lag behind rates that keep falling: so it aims beyond them.
+        # Aim below a falling rate: a gentle approach to each would lag behind.
         too_fast = max(0.0, self._playback.at(self.now)[1] - self._rate)
         self._playback.run_at(max(0.0, self._rate - too_fast), self.now)
 
     def base_reference(self) -> tuple[Vector, Vector, Vector]:
-        """Return the position, velocity and acceleration of the base's reference now."""
+        """Return the present position, velocity and acceleration of the base's reference."""
         return self._base_at(self.now)
 
     @property
     def time_left(self) -> float:
-        """Seconds until the base arrives if it is not slowed down any more."""
+        """Time to arrival at full rate, s."""
         if self._path is None:
             return 0.0
         return self._path.duration - self._playback.at(self.now)[0]
 
     @property
     def is_driving(self) -> bool:
-        """Whether the base has a path to follow, also one on which it waits."""
+        """Whether the base has a path, even if it waits on it."""
         return self._path is not None
 
     @property
     def rate(self) -> float:
-        """The share, 0 to 1, of its planned speed at which the base goes along its path now; 0 without a path."""
+        """Present rate of playback, 0 to 1; 0 without a path."""
         return 0.0 if self._path is None else self._playback.at(self.now)[1]
 
     @property
     def moving(self) -> bool:
-        """Whether the base's reference is on its way."""
+        """Whether the base's reference moves."""
         return self._path is not None and math.hypot(*self.base_reference()[1]) > NO_SPEED
 
     def points_ahead(self, seconds: float) -> list[Vector]:
-        """Return points of the path that the base passes within some seconds."""
+        """Return five points of the path over the coming seconds at full rate, or the position without a path."""
         if self._path is None:
             return [self._here]
         begin = self._playback.at(self.now)[0]
         return [self._path.at(begin + seconds * i / 5)[0] for i in range(1, 6)]
 
     def planned(self) -> tuple[Vector, Vector]:
-        """Return the velocity and the acceleration that the path would have now at full rate."""
+        """Return the path's velocity and acceleration at full rate, `PLANNED_AHEAD` from now."""
         if self._path is None:
             return (0.0, 0.0), (0.0, 0.0)
-        # Look a little ahead, so that a base at rest at the start of its path sees where it would go.
+        # At the start of a path from rest both would be zero, without a direction.
         _, velocity, acceleration = self._path.at(self._playback.at(self.now)[0] + PLANNED_AHEAD)
         return velocity, acceleration
 
     def _base_at(self, time: float) -> tuple[Vector, Vector, Vector]:
         known = self._looked_up
-        if known is None or known[0] != time:  # many ask for the same moment
+        if known is None or known[0] != time:  # many callers use the same time
             self._looked_up = known = time, self._look_up(time)
         return known[1]
 
@@ -209,9 +207,9 @@ class BaseMotion:
         self._looked_up = None
 
     def _rate_limits(self, path: BasePath) -> Limits:
-        """Bounds of the rate of playback that keep those of the base: the rate gets what the path leaves.
+        """Return bounds of the rate of playback under which the base keeps its own; the rate gets what the path leaves.
 
-        At a rate r the base's acceleration is r^2 times the path's, and the rate's change times the path's velocity.
+        At a rate r the base's acceleration is r^2 times the path's, plus r' times the path's velocity.
         """
         bounds = self.limits.together
         most = bounds.acceleration
@@ -230,7 +228,7 @@ class BaseMotion:
 
 
 def _leads_on(points: Sequence[Vector], velocity: Vector) -> bool:
-    """Whether a path begins in much the same direction as a velocity."""
+    """Return whether a path begins in a direction similar to a velocity's."""
     here, *rest = without_repeats(points)
     if not rest:
         return False

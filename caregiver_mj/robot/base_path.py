@@ -1,4 +1,4 @@
-"""The base's way along a polyline, as jerk-limited trajectories that continue from a motion under way."""
+"""The base's path along a polyline: jerk-limited trajectories that continue the present motion."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from caregiver_mj.robot.geometry import Vector
 from caregiver_mj.robot.limits import Limits
 from caregiver_mj.robot.scalar_motion import NOTHING, PathError, extremes, highest, parameters, solve
 
-_OVERSHOOT = 0.003  # metres beyond the end of a line that are none
-_TURN_IN_LENGTHS = (0.5, 0.8, 1.2, 1.8, 2.6)  # metres in which a new path may be entered at speed; the quickest wins
-# Share of a base's limits to come to rest with, for commands lag behind and must catch up; and how that is directed,
-# radians off the motion: along it to brake, across it so that acceleration there does not swing the base out.
+_OVERSHOOT = 0.003  # m; accepted overshoot beyond the end of a line
+_TURN_IN_LENGTHS = (0.5, 0.8, 1.2, 1.8, 2.6)  # m; candidates for the length of entry to a new path, the quickest wins
+# Share of the base's limits for coming to rest; the rest lets lagging commands catch up. Candidate directions of that
+# share, rad off the motion: the part along brakes, the part across stops acceleration there from swinging the base out.
 _BRAKES, _ACROSS = 0.95, tuple(math.radians(18.0 + 10.0 * i) for i in range(7))
-BRAKES_ALONG = _BRAKES * math.cos(_ACROSS[0])  # of a base that drives straight
+BRAKES_ALONG = _BRAKES * math.cos(_ACROSS[0])  # the same share of a base that drives straight
 
 
 class BasePath:
-    """The base's way along a polyline: straight pieces, and corners blended without a stop.
+    """A path along a polyline: straight pieces, and corners blended without a stop.
 
-    In a corner the velocity goes in a straight line, in velocity space, from the old direction to the new one; so the
-    speed never exceeds that of the two ends. Every piece is one ruckig trajectory, and position, velocity and
-    acceleration are continuous throughout.
+    In a corner the velocity moves on a straight line in velocity space from the old direction to the new one, so the
+    speed never exceeds that at the two ends. Every piece is one ruckig trajectory; position, velocity and acceleration
+    are continuous throughout.
 
     Attributes:
-        goal: The end of the path, metres.
-        duration: Seconds that it takes.
-        turned_in: Seconds until the present motion has become one along the first line; 0 from rest.
+        goal: End of the path, m.
+        duration: Duration, s.
+        turned_in: Time at which the entry to the first line ends, s; 0 from rest.
     """
 
     def __init__(
@@ -43,17 +43,17 @@ class BasePath:
         acceleration: Vector = (0.0, 0.0),
         deviation: float = 0.08,
     ):
-        """Plan the way.
+        """Plan the path.
 
         Args:
-            points: The polyline from the present position to the goal, metres.
+            points: Polyline from the present position to the goal, m.
             limits: Bounds of speed, acceleration and jerk.
             velocity: Present velocity, m/s.
             acceleration: Present acceleration, m/s^2.
-            deviation: Metres by which a blended corner may cut inside of the polyline.
+            deviation: Greatest cut of a blended corner inside the polyline, m.
 
         Raises:
-            PathError: The present velocity is too high to turn into the path; stop first.
+            PathError: The base is too fast to turn into the path, or moves at its goal; stop first.
         """
         self._limits, self._speeds = limits, PathSpeeds(limits, deviation)
         self._pieces: list[Piece] = []
@@ -74,12 +74,12 @@ class BasePath:
 
     @classmethod
     def to_rest(cls, position: Vector, velocity: Vector, acceleration: Vector, limits: Limits) -> BasePath:
-        """Return the way on which a base comes to rest as soon as it can.
+        """Return the path on which a base comes to rest as soon as possible.
 
         Args:
-            position: Where it is, metres.
-            velocity: Its velocity, m/s, not zero.
-            acceleration: Its acceleration, m/s^2.
+            position: Present position, m.
+            velocity: Present velocity, m/s, not zero.
+            acceleration: Present acceleration, m/s^2.
             limits: Bounds of speed, acceleration and jerk.
         """
         path, speed = cls([position], limits), math.hypot(*velocity)
@@ -100,7 +100,7 @@ class BasePath:
         return path
 
     def at(self, time: float) -> tuple[Vector, Vector, Vector]:
-        """Return the position (m), velocity (m/s) and acceleration (m/s^2) at a time since the start."""
+        """Return the position (m), velocity (m/s) and acceleration (m/s^2) at a time since the start, s."""
         if time >= self.duration:
             return self.goal, (0.0, 0.0), (0.0, 0.0)
         return self._pieces[max(0, bisect.bisect(self._begins, time) - 1)].at(time)
@@ -108,19 +108,19 @@ class BasePath:
     # -- Planning --------------------------------------------------------------------------------
 
     def _turn_in(self, points: list[Vector], velocity: Vector, acceleration: Vector) -> tuple[list[Vector], float]:
-        """Plan from the present motion onto the first line; return the points left, and the speed there."""
+        """Plan the entry to the first line from the present motion; return the points left, and the speed there."""
         speeds = self._speeds
         axis, length = direction(points[0], points[1])
         along, across = _in_frame(velocity, axis)
         along_change, across_change = _in_frame(acceleration, axis)
-        # Each axis gets what leaves the length of the vector within its limit.
+        # Per axis, so that the vector's length keeps its limit.
         most, jerk = self._limits.acceleration / math.sqrt(2), self._limits.jerk / math.sqrt(2)
-        # While there is speed across the line there must be less along it.
+        # Speed across the line leaves less along it.
         across_peak = abs(across) + across_change**2 / (2 * jerk)
         top = math.sqrt(max(self._limits.velocity**2 - across_peak**2, (0.3 * self._limits.velocity) ** 2))
-        best: tuple[float, float, float, Trajectory] | None = None  # seconds that it takes in all, reach, end, way
+        best: tuple[float, float, float, Trajectory] | None = None  # time in all, s, then reach, end, entry
         for reach in (*(r for r in _TURN_IN_LENGTHS if r < 0.95 * length), length):
-            # No faster than can be reached in time, or braked from in the rest of the line.
+            # Bounded by acceleration before, and by braking in the rest of the line.
             end = min(top, speeds.reachable(max(along, 0.0), 0.6 * reach), speeds.reachable(0.0, length - reach))
             if speeds.distance_to_change(max(along, 0.0), end) > 0.9 * reach:
                 continue  # it would overshoot and come back
@@ -147,13 +147,13 @@ class BasePath:
         return [here, *points[1:]], end
 
     def _follow(self, points: list[Vector], start_speed: float) -> None:
-        """Plan along a polyline on whose first line the base already moves at a speed, to rest at its end."""
+        """Plan from a start speed along the first line to rest at the end of a polyline."""
         if len(points) < 2:
             return
         lines = [direction(a, b) for a, b in itertools.pairwise(points)]
         turns = [angle(a[0], b[0]) for a, b in itertools.pairwise(lines)]
         rooms = [min(a[1], b[1]) / 2 for a, b in itertools.pairwise(lines)]
-        # Speed at each point: what the corner allows, then what can be reached from, and braked to, its neighbours.
+        # Speed at each point: bounded by the corner, then by acceleration and braking from its neighbours.
         speeds = [start_speed, *map(self._speeds.corner_speed, turns, rooms), 0.0]
         trims = [0.0, *map(self._speeds.corner_size, speeds[1:-1], turns), 0.0]
         lengths = [line[1] - a - b for line, a, b in zip(lines, trims, trims[1:], strict=False)]
@@ -185,7 +185,7 @@ class BasePath:
         asked.control_interface = ControlInterface.Velocity
         asked.synchronization = Synchronization.Phase
         asked.target_velocity = [speed * turned[0], speed * turned[1]]
-        # The limits hold for the length of the vector; each axis gets its share of the change.
+        # The vector's length keeps its limits; each axis gets its share of the change.
         change = math.hypot(turned[0] - 1.0, turned[1])
         share = [max(abs(turned[0] - 1.0) / change, 1e-3), max(abs(turned[1]) / change, 1e-3)]
         asked.max_acceleration = [self._limits.acceleration * k for k in share]
@@ -202,7 +202,7 @@ class BasePath:
 
 @dataclasses.dataclass(frozen=True)
 class Piece:
-    """A part of a path: a ruckig trajectory in a frame of its own, from `begin` on."""
+    """A part of a path: a ruckig trajectory in its own frame, from the time `begin`, s, on."""
 
     begin: float
     origin: Vector
@@ -222,7 +222,7 @@ class Piece:
 
 
 def without_repeats(points: Sequence[Vector]) -> list[Vector]:
-    """Return a polyline without points that are where the one before them is."""
+    """Return a polyline without points that repeat the previous one, within 0.1 mm."""
     kept = [(float(points[0][0]), float(points[0][1]))]
     for x, y in points[1:]:
         if math.hypot(x - kept[-1][0], y - kept[-1][1]) > 1e-4:
@@ -237,48 +237,48 @@ def direction(a: Vector, b: Vector) -> tuple[Vector, float]:
 
 
 def _in_frame(vector: Vector, axis: Vector) -> Vector:
-    """Components of a vector along an axis, and along its quarter turn to the left."""
+    """Return a vector's components along an axis, and along its quarter turn to the left."""
     return vector[0] * axis[0] + vector[1] * axis[1], -vector[0] * axis[1] + vector[1] * axis[0]
 
 
 def angle(a: Vector, b: Vector) -> float:
-    """Return by how much one turns from one direction into another, 0 to pi radians."""
+    """Return the angle between two directions, 0 to pi, rad."""
     return abs(math.atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1]))
 
 
 class PathSpeeds:
-    """Speeds and lengths within limits: of straight pieces that end at a speed, and of corners."""
+    """Speeds and lengths, within limits, of straight pieces and corners."""
 
     def __init__(self, limits: Limits, deviation: float):
-        """Prepare it.
+        """Set the bounds.
 
         Args:
             limits: Bounds of speed, acceleration and jerk.
-            deviation: Metres by which a blended corner may cut inside of the polyline.
+            deviation: Greatest cut of a blended corner inside the polyline, m.
         """
         self._limits, self._deviation = limits, deviation
 
     def time_to_change(self, change: float) -> float:
-        """Return the seconds for a jerk-limited change of velocity, from and to zero acceleration."""
+        """Return the time of a jerk-limited change of velocity, from and to zero acceleration, s."""
         a, j = self._limits.acceleration, self._limits.jerk
         return change / a + a / j if change >= a * a / j else 2 * math.sqrt(change / j)
 
     def distance_to_change(self, speed: float, end: float) -> float:
-        """Return the metres in which the speed changes from one to another."""
+        """Return the distance of a change from one speed to another, m."""
         return (speed + end) / 2 * self.time_to_change(abs(speed - end))
 
     def reachable(self, speed: float, distance: float) -> float:
-        """Return the highest speed to reach from another within a distance (or to brake from to it)."""
+        """Return the highest speed that can be reached from `speed` within a distance, or from which it can be."""
         most = self._limits.velocity
         if most <= speed or self.distance_to_change(speed, most) <= distance:
             return most
         return highest(lambda end: self.distance_to_change(speed, end) <= distance, speed, most)
 
     def corner_speed_from(self, speed: float, length: float, turn: float, most: float) -> float:
-        """Return the highest speed, at most that, for the corner at the end of a line that is entered at a speed.
+        """Return the highest speed, up to `most`, of the corner at the end of a line entered at `speed`.
 
-        The base must be able to brake to it before the corner begins, and a quicker corner begins earlier. It can if
-        it could stop within the line.
+        The base brakes to it before the corner begins, and a faster corner begins earlier. One such speed exists if the
+        base can stop within the line.
         """
 
         def fits(end: float) -> bool:
@@ -287,11 +287,11 @@ class PathSpeeds:
         return most if fits(most) else highest(fits, 0.0, most)
 
     def corner_size(self, speed: float, turn: float) -> float:
-        """Return the length before, and after, the corner point that a blend at this speed takes."""
+        """Return the length of a blend at a speed before, and also after, the corner point, m."""
         return speed * self.time_to_change(2 * speed * math.sin(turn / 2)) / 2
 
     def corner_speed(self, turn: float, room: float) -> float:
-        """Return the highest speed at which a corner fits into the lines beside it and cuts not too far inside."""
+        """Return the highest speed at which a corner fits into `room`, m, and keeps the greatest cut inside."""
         if turn > 0.9 * math.pi:
             return 0.0
         size = min(0.95 * room, 2 * self._deviation / max(math.sin(turn / 2), 1e-6))

@@ -1,4 +1,4 @@
-"""What feedback adds to references: a base's velocity within bounds, and an arm that gives way where it is pushed."""
+"""Feedback on the references: velocity commands within bounds, and an arm that yields to a push."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ from caregiver_mj.robot.geometry import Vector
 from caregiver_mj.robot.limits import Limits
 from caregiver_mj.robot.scalar_motion import NOTHING, highest
 
-GENTLY = 0.5  # share of its jerk with which a velocity comes to what it is to be: it must not overshoot that
-_HALVINGS = 20  # of a change of acceleration of which there is only room for a part
-_PUSHED = 0.002  # radians off its reference beyond which a joint has been pushed
-_SETTLING = 0.1  # seconds in which an arm that moves comes to rest; later it is off for that reason only
-# How it comes back: no faster than this, rad/s; getting as fast, rad/s^2; and, slower and slower as it settles, until
-# so little is left, radians.
+GENTLY = 0.5  # share of the jerk with which a velocity approaches the wanted one; beyond, it may overshoot
+_HALVINGS = 20  # steps of the search for the part of a change of acceleration that fits
+_PUSHED = 0.002  # rad; deviation from its reference beyond which a joint has been pushed
+_SETTLING = 0.1  # s; time in which an arm comes to rest, after which a deviation is due to a push
+# Return after a push, exponential at its end: greatest rate, rad/s; its increase, rad/s^2; deviation that counts as
+# none, rad.
 _COMING_BACK, _EASING, _GONE = 0.15, 1.5, 1e-4
 
 
 class FollowedVelocity:
-    """The velocity commanded to a base that cannot have the wanted one at once.
+    """A velocity command that follows a wanted velocity within limits.
 
-    References keep these bounds by themselves; feedback does not, nor what is taken away from them or comes back.
+    References keep these limits by themselves; feedback, and the removal and return of a part of the reference, do not.
 
     Attributes:
-        limits: Its bounds.
-        commanded: The last commanded velocity, m/s.
-        acceleration: What it did to the one before, m/s^2; zero if it was commanded at once.
+        limits: Bounds of velocity, acceleration and jerk.
+        commanded: Last commanded velocity, m/s.
+        acceleration: Last change of the command, m/s^2; zero after a change at once.
     """
 
     def __init__(self, limits: Limits, control_timestep: float):
@@ -40,9 +40,9 @@ class FollowedVelocity:
         """Return the velocity for the coming control timestep, m/s.
 
         Args:
-            wanted: It shall come to this.
-            at_once: Whatever that takes to slow down; it does not become faster than within the bounds.
-            goes_on: Whether the wanted one goes on as it has changed; one that is kept within a bound stays there.
+            wanted: Velocity to follow, m/s.
+            at_once: Whether to slow down to it without limits; limits of speeding up stay.
+            goes_on: Whether the wanted velocity goes on changing as before; a bounded one does not.
         """
         if not goes_on:
             self._wanted = wanted
@@ -53,7 +53,7 @@ class FollowedVelocity:
         else:
             self.commanded = (wanted[0] * most / speed, wanted[1] * most / speed) if speed > most else wanted
         changed = (self.commanded[0] - before[0]) / self._timestep, (self.commanded[1] - before[1]) / self._timestep
-        # It does not go on with what it had to do at once.
+        # A change at once does not go on.
         is_bounded = self.commanded != wanted and math.hypot(*changed) < self.limits.acceleration + NOTHING
         self.acceleration = changed if is_bounded or not at_once else (0.0, 0.0)
         self._wanted = wanted
@@ -67,11 +67,11 @@ class FollowedVelocity:
         if (
             math.hypot(x, y) <= limits.acceleration
             and math.hypot(x - before_x, y - before_y) <= most
-            and math.hypot(x - with_x, y - with_y) <= most  # that it can go on with what is wanted
+            and math.hypot(x - with_x, y - with_y) <= most  # so that it can keep up with its change
             and self._fits(x, y)
         ):
             return wanted
-        # As the wanted one changes, and nearer to it: no faster than this can be brought to nothing on the way there.
+        # Change with the wanted velocity, and approach it no faster than the approach can end on the way.
         off_x, off_y = self._wanted[0] - self.commanded[0], self._wanted[1] - self.commanded[1]  # without that change
         off = math.hypot(off_x, off_y)
         nearer = min(1.0 / step, math.sqrt(2 * GENTLY * limits.jerk / off)) if off else 0.0
@@ -79,19 +79,19 @@ class FollowedVelocity:
         x, y = _within(limits.acceleration, x, y)
         x, y = _within(most, x - before_x, y - before_y)
         x, y = self._fitting(*_within(limits.acceleration, before_x + x, before_y + y))
-        # This cuts nothing but after what was at once, which may have left no room for its end.
+        # This cuts only after a change at once, which may have left no room to end within the jerk.
         return _within(limits.velocity + NOTHING, self.commanded[0] + step * x, self.commanded[1] + step * y)
 
     def _fits(self, x: float, y: float) -> bool:
-        """Whether an acceleration can cease within the jerk before the highest speed: cut there, it would jerk."""
+        """Return whether an acceleration can end within the jerk before the top speed, where a cut would exceed it."""
         change, size = self.limits.jerk * self._timestep, math.hypot(x, y)
-        steps = int(size / change)  # after this one until it has ceased, by one change less at each
+        steps = int(size / change)  # after this one until it has ended, less by one change at each
         times = self._timestep * (steps + 1) * (1.0 - steps * change / (2.0 * size)) if size else 0.0
         then = self.commanded[0] + times * x, self.commanded[1] + times * y
         return math.hypot(*then) <= self.limits.velocity + NOTHING
 
     def _fitting(self, x: float, y: float) -> Vector:
-        """An acceleration, or as much of the way there from one that ceases as fits."""
+        """Return an acceleration, or the part that fits of the change to it from an ending one."""
         if self._fits(x, y):
             return x, y
         (before_x, before_y), change = self.acceleration, self.limits.jerk * self._timestep
@@ -104,36 +104,36 @@ class FollowedVelocity:
 
 
 def _within(most: float, x: float, y: float) -> Vector:
-    """A vector, shortened if need be."""
+    """Return a vector, shortened to a greatest length."""
     length = math.hypot(x, y)
     return (x * most / length, y * most / length) if length > most else (x, y)
 
 
 class GivingWay:
-    """How far an arm is off where it reaches to, because something pushes it.
+    """Compliance of an arm: its deviation from the reference under a push.
 
-    Stiff servos would keep pressing on a child that walks into an arm, and follow one that goes away again: that is a
-    strike. So an arm at rest stays where it is pushed, as real ones do that feel a contact, and takes its time after.
+    Stiff servos would press on a child that walks into the arm, and follow a child that leaves: a strike. So an arm at
+    rest stays where it is pushed, as a real one with contact sensing does, and returns slowly.
 
     Attributes:
-        yields: Whether it lets itself be pushed away: a child may be at it.
-        offset: How far each joint has been, radians, (joints,).
-        is_off: Whether any has.
+        yields: Whether the arm yields to a push, because a child may be at it.
+        offset: Deviation of each joint, rad, (joints,).
+        is_off: Whether any joint deviates.
     """
 
     def __init__(self, joints: int):
         self.yields = self.is_off = False
         self.offset = np.zeros(joints)
-        self._rate = 0.0  # at which it comes back at most, rad/s
+        self._rate = 0.0  # rad/s; greatest rate of the return
 
     def follow(self, arm: np.ndarray, wanted: np.ndarray, rested: float, seconds: float) -> None:
-        """Take in where the arm has been pushed, or bring it back.
+        """Update the offset: to the measured deviation if the arm yields, else towards zero.
 
         Args:
-            arm: Measured joint positions (joints,), radians.
-            wanted: Those that it reaches to.
-            rested: Seconds for which these have not changed; not above 0 while they do.
-            seconds: Since the last time.
+            arm: Measured joint positions (joints,), rad.
+            wanted: Reference joint positions (joints,), rad.
+            rested: Time since the reference came to rest, s; not above 0 while it moves.
+            seconds: Time since the last update, s.
         """
         if not self.yields:
             self._rate = min(_COMING_BACK, self._rate + _EASING * seconds)

@@ -1,7 +1,7 @@
-"""The governor: all that bounds how fast the robot may be beside a child, applied in one place.
+"""The governor: applies all bounds of the robot's speed near children.
 
-How fast that is `robot.separation` works out. When the skill has set its goals, `govern` bounds what comes of them and
-makes the action, at every control timestep.
+`robot.separation` computes the bounds. At every control timestep, after the skill has set its goals, `govern` applies
+them to the references and returns the action.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from caregiver_mj.robot.view import View
 
 
 def bound_base(view: View, robot: RobotMotion) -> None:
-    """Bound how fast the base turns, and how fast it drives where its skill wants it to."""
+    """Bound the base's rate of turns, and its rate on the path that the skill wants to drive."""
     rate = math.inf
     if not separation.is_alone(view, robot.robot):
         rate = separation.allowed_turning(view, robot.robot, robot.base_reference()[1], robot.turning)
@@ -27,20 +27,20 @@ def bound_base(view: View, robot: RobotMotion) -> None:
 
 
 def path_rate(view: View, robot: RobotMotion) -> float:
-    """Return the share of its planned velocity at which the base may drive along its path."""
+    """Return the greatest share of the planned velocity at which the base may follow its path."""
     if not robot.is_driving or separation.is_alone(view, robot.robot):
         return 1.0
     return separation.allowed_rate(view, robot.robot, *robot.planned(), robot.base_reference()[1], robot.limits)
 
 
 def govern(view: View, robot: RobotMotion, clearance: Clearance, control_timestep: float) -> np.ndarray:
-    """Return the action for the coming control timestep, bounded for the sake of the children.
+    """Return the action for the coming control timestep, within the bounds for children.
 
     Args:
-        view: What is seen.
-        robot: The robot's references, as the skill has left them.
-        clearance: How much room there is.
-        control_timestep: Seconds until the next action.
+        view: The robot's view.
+        robot: The robot's references, with the skill's goals.
+        clearance: Room in the house.
+        control_timestep: Time until the next action, s.
     """
     bound_base(view, robot)
     if separation.is_alone(view, robot.robot, separation.FREE + view.unsure):

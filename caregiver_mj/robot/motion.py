@@ -21,46 +21,47 @@ from caregiver_mj.robot.limits import CREEP, Limits
 from caregiver_mj.robot.reach import ReachPath, reach_path
 from caregiver_mj.robot.scalar_motion import ScalarMotion
 
-_LEAST_TURN = 0.03  # rad/s, of the bound of its turns
-_GENTLE_TURN = 0.02  # rad/s, the most of the heading's feedback where a child may be at the arm
-_CATCH_UP_SPEED = 0.3  # m/s, the most of the base's feedback: what holds it up may let go of it
-_RELEASE = 0.4  # m/s^2, how quickly that comes back when a child has gone that bounded it
-# The same of its heading, where a child has pushed it away at its arm: rad/s, and rad/s^2. Beside a child its surface
-# turns so at this share of that speed, for it may creep along the child as well: both together are to be no strike.
+_LEAST_TURN = 0.03  # rad/s; least bound of the base's turns
+_GENTLE_TURN = 0.02  # rad/s; greatest feedback of the heading with a child at the arm
+_CATCH_UP_SPEED = 0.3  # m/s; greatest feedback of the base, which an obstacle may release suddenly
+_RELEASE = 0.4  # m/s^2; increase of that bound after a child has lowered it
+# The same of the heading, which a push at the arm turns: rad/s, rad/s^2. Share of `catch_up` for the turn of the base's
+# surface: with a creep along a child, the sum stays below a strike.
 _CATCH_UP_TURN, _RELEASE_TURN, _TURN_SHARE = 0.5, 1.0, 1 / 3
-_MOST_LATE = 0.5  # of gain times delay, above which feedback by what is seen late begins to swing (at pi / 2 for good)
-_JOLTS = 4.0  # m/s^3 by which feedback may jolt a base that seems to jump, one sigma
-_HELD_UP = 0.15  # metres off its reference beyond which a base is held up by something
-_HELD_UP_SHARE = 0.5  # of the commanded speed: slower than that, something is in its way
-_LED_OFF = 0.05  # metres, the same of one whose command differs from its path: so near to that it has room
+_MOST_LATE = 0.5  # greatest gain times delay of feedback; above, it oscillates (without end from pi / 2)
+_JOLTS = 4.0  # m/s^3; one sigma of the jerk by which feedback answers position noise
+_HELD_UP = 0.15  # m; deviation from the reference beyond which something holds the base up
+_HELD_UP_SHARE = 0.5  # share of the commanded speed below which something is in the base's way
+_LED_OFF = 0.05  # m; the same deviation of a base commanded off its path, which has room only so near to it
 
-# The actuators get to their targets in the course of a control timestep, and later by this share of it: commands
-# are made smooth over its four physics steps (`caregiver_mj.house.robot_body`), which costs one and a half.
+# Delay of the actuators beyond the control timestep, as a share of it: smoothing commands over its four physics steps
+# (`caregiver_mj.house.robot_body`) costs one and a half.
 _SMOOTHING = 3 / 8
 
-# The hand comes down onto a candle, or with one onto a table, as far from the end of its way as the two may be off: the
-# slower, the less it jolts. By this over the root of two sigmas, m^0.5, it keeps its limits.
+# By the error of their positions, the hand meets a candle, or a candle in it the table, before the end of its path. At
+# this share of its speed, over the root of two sigmas, m^0.5, it keeps its limits nevertheless.
 _LANDS = 0.023
-_GRIPS = 0.5  # share of their speed with which the fingers then close: one may meet the candle before the other
+_GRIPS = 0.5  # share of the fingers' speed with such an error: one may meet the candle before the other
 
-_ANY_HEIGHT = 7000  # tenths of mm: all reaches begin with the tucked arm, and `plan_reach` aims it
+_ANY_HEIGHT = 7000  # 0.1 mm; height until `plan_reach` sets it: all reaches begin with the tucked arm
 
-#: From a velocity of the base and the last commanded one, m/s, to what is left of it, and whether at once.
+#: Takes the wanted and the last commanded velocity of the base, m/s; returns the allowed one, and whether to brake to
+#: it at once.
 Restrain = Callable[[Vector, Vector], tuple[Vector, bool]]
 
 
 class RobotMotion(BaseMotion):
-    """References of the robot, now and in future.
+    """The robot's references, present and future.
 
-    Times are seconds since the start of the episode, positions metres in the house, angles radians.
+    Times are in s since the start of the episode, positions in m in the house, angles in rad.
 
     Attributes:
         robot: The robot.
-        now: The present time.
-        catch_up: How fast the base, pushed off its reference, returns to it at most, m/s, and its edge as it turns back
-            to it: a child may be in between.
-        reach_path: On which the hand reaches out.
-        giving_way: Whether, and how far, the arm lets itself be pushed away: a child may be at it.
+        now: Present time.
+        catch_up: Greatest speed, m/s, of the base's return to a reference that it was pushed off: a child may be in
+            between. It bounds the turn of the base's edge, too.
+        reach_path: Path of the hand.
+        giving_way: Compliance of the arm to a child's push.
     """
 
     def __init__(
@@ -71,14 +72,14 @@ class RobotMotion(BaseMotion):
         hand_error: float = 0.0,
         base_jumps: float = 0.0,
     ):
-        """Prepare it.
+        """Prepare the references.
 
         Args:
             robot: The robot.
-            control_timestep: Seconds between two actions.
-            delay: Seconds by which it is seen late where the base is.
-            hand_error: Metres by which the hand may be off a candle or a table, one sigma.
-            base_jumps: Metres by which the base seems to be elsewhere from one control timestep to the next, one sigma.
+            control_timestep: Time between actions, s.
+            delay: Delay of the base's measured position, s.
+            hand_error: Error of the hand's position relative to a candle or a table, one sigma, m.
+            base_jumps: Noise of the base's measured position between control timesteps, one sigma, m.
         """
         limits, servos = robot.limits, robot.servos
         super().__init__(limits)
@@ -94,7 +95,7 @@ class RobotMotion(BaseMotion):
         """Begin an episode at rest, with the arm tucked and the gripper open.
 
         Args:
-            base: Pose (x, y, yaw) of the base.
+            base: Pose (x, y, yaw) of the base, m and rad.
         """
         limits = self.robot.limits
         self.now = 0.0
@@ -103,37 +104,37 @@ class RobotMotion(BaseMotion):
         self._feedback, self._turn_feedback = _CATCH_UP_SPEED, _CATCH_UP_TURN
         self._seen_at = float(base[0]), float(base[1])
         self.led_off, self.stops, self._comes_to_rest = 0, False, False
-        self._is_free = True  # whether the command is what the references want
+        self._is_free = True  # whether the command follows the references, unbounded
         self.limits = limits
         self._velocity = FollowedVelocity(limits.as_commanded, self._timestep)
         self._turn_rate = FollowedVelocity(limits.turn_as_commanded, self._timestep)
         self._hold((float(base[0]), float(base[1])))
-        self._turning, self._turn_bound = limits.yaw, math.inf  # rad/s: lower while children are near
+        self._turning, self._turn_bound = limits.yaw, math.inf  # rad/s; lower near children
         self._yaw = ScalarMotion(limits.yaw, float(base[2]), brakes=True)
         self.reach_path = reach_path(arm_of(self.robot), _ANY_HEIGHT)
         self._reach = ScalarMotion(self.reach_path.limits(0, 0), 0.0)
-        self._lands_at: float | None = None  # to go there slowly, once the hand has stopped
-        self._crept = math.inf  # since when it creeps
+        self._lands_at: float | None = None  # s to approach slowly, once the hand has stopped
+        self._crept = math.inf  # time at which it began to creep
         self._gripper = ScalarMotion(limits.gripper, self.robot.grasp.open)
         self._action = np.empty(self.robot.layout.size)
-        self._posture: tuple[ReachPath, float] | None = None  # path and reach of the arm in the last action
+        self._posture: tuple[ReachPath, float] | None = None  # path and s of the arm in the last action
 
     # -- Goals -----------------------------------------------------------------------------------
 
     def turn_to(self, yaw: float) -> None:
-        """Set the heading, by the shorter way round."""
+        """Turn to a heading, the shorter way round."""
         here = self._yaw.at(self.now)[0]
         self._yaw.move_to(here + math.remainder(yaw - here, math.tau), self.now)
 
     def stop_turning(self) -> None:
-        """Stop the heading as soon as it can, until the next `turn_to`."""
+        """Stop turning as soon as possible, until the next `turn_to`."""
         self._yaw.stop(self.now)
 
     def turn_gently(self, rate: float = math.inf) -> None:
-        """Limit turns, from the next goal on and until the gripper opens: a candle slips in the hand.
+        """Limit turns from the next goal until the gripper opens: a candle slips in the hand.
 
         Args:
-            rate: At most, rad/s, for something that slips sooner; it turns no faster again before that.
+            rate: Greatest rate, rad/s, for something that slips sooner; until then it only falls.
         """
         gentle = self.robot.limits.yaw_gentle
         limits = dataclasses.replace(gentle, velocity=min(rate, gentle.velocity, self._turning.velocity))
@@ -141,54 +142,54 @@ class RobotMotion(BaseMotion):
             self._turn_within(limits)
 
     def bound_turning(self, rate: float) -> None:
-        """Limit the rate of turns from now on, rad/s, because a child is near."""
+        """Limit the present rate of turns near a child, rad/s."""
         full, present = self._turning.velocity, self._yaw.limits.velocity
         rate = min(full, max(rate, _LEAST_TURN))
-        if rate == present:  # most of the time
+        if rate == present:  # the usual case
             return
-        # The solver is asked for worthwhile changes only. What slows down goes on doing so until there is room again.
+        # Solve only for worthwhile changes. A turn that slows down continues to until there is room again.
         speed, acceleration = self.turning
         turns = abs(speed)
         most = max(present, turns)
-        # Nor does it speed up again before it has ceased to: beside a child its bound came and went at every timestep.
+        # Do not raise the bound below a turn that still accelerates: beside a child it would alternate each timestep.
         may_speed_up = rate > most and (turns <= present or speed * acceleration <= 0.0)
         if rate < 0.9 * present or (may_speed_up and (rate == full or rate > 1.3 * most)):
-            within = turns if turns <= rate else _LEAST_TURN  # to slow down a little the solver nearly stops first
+            within = turns if turns <= rate else _LEAST_TURN  # just below its speed, the solver would nearly stop
             self._turn_bound = math.inf if rate == full else max(0.9 * rate, within)
             self._turn_within(self._turning)
             self._yaw.set_limits(self._yaw.limits, self.now)
 
     def _turn_within(self, limits: Limits) -> None:
-        """Set limits of turns from the next goal on, within the bound in force."""
+        """Set the limits of turns from the next goal on, within the present bound."""
         self._turning = limits
         self._yaw.set_limits(dataclasses.replace(limits, velocity=min(limits.velocity, self._turn_bound)))
 
     def plan_reach(self, height: float) -> None:
-        """Aim the arm at a height above the floor, for the next time that it reaches out."""
+        """Set the height of the next reach, m above the floor."""
         self.reach_along(reach_path(arm_of(self.robot), round(1e4 * height)))
 
     def reach_along(self, path: ReachPath) -> None:
-        """Give the arm, which is tucked or in a pose that both have, the path for the next time that it moves."""
+        """Set the arm's path for its next motion; the arm must be tucked, or in a pose common to both paths."""
         if self.reach_path.returns and self.reached == self.reach_path.goal:
             self._reach = ScalarMotion(self._reach.limits, 0.0)
         self.reach_path = path
         self._reach.set_limits(path.limits(self.reached, self.reached))
 
     def reach(self, s: float, creeps: bool = False, speed: float = math.inf) -> None:
-        """Set how far the hand reaches out: 0 tucked, 1 at the goal, or more where the path has more poses.
+        """Move the hand to a place on its path.
 
         Args:
-            s: So far.
-            creeps: Whether it goes there more slowly than what counts as a strike.
-            speed: At most, of s, per second; a faster one stops first.
+            s: Place on the path: 0 tucked, 1 at its first pose, and so on.
+            creeps: Whether the hand stays slower than a strike.
+            speed: Greatest speed of s, 1/s; a faster motion stops first.
 
         Raises:
-            CaregiverError: There is a pose in between, at which the hand must stop first.
+            CaregiverError: A pose lies in between; the hand must stop there first.
         """
         self._lands_at = None
         self._crept = min(self._crept, self.now) if creeps else math.inf
         if self._reach.rests_at(s) and speed == math.inf and not (creeps or self.may_be_off):
-            return  # most of the time
+            return  # the usual case
         first, last = self.reach_path.span(self.reached, s)
         if last - first > 1:
             raise CaregiverError(
@@ -204,12 +205,12 @@ class RobotMotion(BaseMotion):
         if creeps or not self.may_be_off:
             slower = speed < limits.velocity
             limits = dataclasses.replace(limits, velocity=speed) if slower else limits
-            # One that has been slow goes on faster at once.
+            # A slow motion speeds up at once.
             self._reach.set_limits(limits, self.now if limits.velocity > self._reach.limits.velocity else math.inf)
         else:
             share = self._landing if s >= self.reach_path.goal else 1.0
             moves = self._reach.arrival > self.now
-            if share < 1.0 and moves and self._reach.target != s:  # it could not slow down to that on the way
+            if share < 1.0 and moves and self._reach.target != s:  # it cannot slow down to that on the way
                 self.stop_reaching()
                 self._lands_at = s
                 return
@@ -219,13 +220,13 @@ class RobotMotion(BaseMotion):
         self._reach.move_to(s, self.now)
 
     def stop_reaching(self) -> None:
-        """Stop the hand where it is, until the next `reach`; one at rest has arrived when it came to that."""
+        """Stop the hand until the next `reach`; one at rest keeps its time of arrival."""
         self._lands_at, self._crept = None, math.inf
         if self._reach.arrival > self.now and not self._reach.stops:
             self._reach.run_at(0.0, self.now)
 
     def grip(self, width: float) -> None:
-        """Set how far each finger stands off the middle."""
+        """Move each finger to a distance from the middle, m."""
         limits, closes = self.robot.limits.gripper, width < self.robot.grasp.open
         if closes and self.may_be_off:
             limits = dataclasses.replace(limits, velocity=_GRIPS * limits.velocity)
@@ -240,56 +241,56 @@ class RobotMotion(BaseMotion):
 
     @property
     def may_be_off(self) -> bool:
-        """Whether the hand may be off a candle or a table, so that it comes down, and closes, slowly."""
+        """Whether the hand's position may be wrong, so that it lands and closes slowly."""
         return self._landing < 1.0
 
     @property
     def grip_time(self) -> float:
-        """Seconds from closing to a grip that holds."""
+        """Time from closing to a firm grip, s."""
         return self.robot.grasp.grip_time / (_GRIPS if self.may_be_off else 1.0)
 
     @property
     def closes(self) -> bool:
-        """Whether the fingers are closing, or closed."""
+        """Whether the fingers close, or are closed."""
         return self._gripper.target < self.robot.grasp.open
 
     @property
     def has_given_way(self) -> bool:
-        """Whether the arm is not where it reaches to, because it has been pushed away."""
+        """Whether a push holds the arm off its reference."""
         return self.giving_way.is_off
 
     @property
     def reached(self) -> float:
-        """How far the hand reaches out now."""
+        """Present place of the hand on its path, s."""
         return self._reach.at(self.now)[0]
 
     @property
     def hand_out(self) -> float:
-        """How far the hand reaches out, or will before it turns back."""
+        """The same, or while the hand extends the greatest s of its motion."""
         position, velocity, _ = self._reach.at(self.now)
         return self._reach.highest() if velocity > 0.0 else position
 
     @property
     def reach_arrival(self) -> float:
-        """When the hand's motion ends."""
+        """Time at which the hand's motion ends."""
         return self._reach.arrival if self._lands_at is None else math.inf
 
     @property
     def yaw(self) -> float:
-        """The heading's reference now."""
+        """Present reference of the heading."""
         return self._yaw.at(self.now)[0]
 
     @property
     def turning(self) -> tuple[float, float]:
-        """Velocity, rad/s, and acceleration, rad/s^2, of the heading's reference now."""
+        """Present velocity, rad/s, and acceleration, rad/s^2, of the heading's reference."""
         return self._yaw.at(self.now)[1:]
 
     def turns_to(self, yaw: float) -> bool:
-        """Return whether the heading is on its way to this one, or there."""
+        """Return whether a heading is the goal of the present or last turn."""
         return abs(math.remainder(yaw - self._yaw.target, math.tau)) < 1e-6
 
     def turn_left(self, yaw: float) -> float:
-        """Return the seconds until the heading is this one; at most that many if its turn has not begun yet."""
+        """Return the time until a heading is reached, s; an upper bound before its turn has begun."""
         angle = abs(math.remainder(yaw - self.yaw, math.tau))
         if angle < 1e-3:
             return 0.0
@@ -306,12 +307,12 @@ class RobotMotion(BaseMotion):
         """Return the action for the coming control timestep.
 
         Args:
-            base: Measured pose (x, y, yaw) of the base.
-            arm: Measured joint positions (joints,), radians; None if they are as commanded.
-            restrain: What is left of the base's velocity for the children's sake.
+            base: Measured pose (x, y, yaw) of the base, m and rad.
+            arm: Measured joint positions (joints,), rad; None if they are as commanded.
+            restrain: Bounds the base's velocity near children; None for no bound.
 
         Returns:
-            Base velocities, arm joint targets and gripper target at its end in one array, laid out as the robot's.
+            Base velocities, and arm joint and gripper targets for the end of the timestep, in the robot's layout.
         """
         if self._lands_at is not None:
             self.reach(self._lands_at)
@@ -325,7 +326,7 @@ class RobotMotion(BaseMotion):
         if arm is not None and (self.giving_way.yields or self.has_given_way):
             wanted = self.reach_path.joints(posture[1])
             rested, here = self.now - self._reach.arrival, wanted
-            if rested < 0.0:  # at a creep it gives way as it goes: else it would spring back at who steps off
+            if rested < 0.0:  # a creeping arm yields, too: else it would spring back at a child that steps off
                 rested, here = self.now - self._crept, self.reach_path.joints(self.reached)
             self.giving_way.follow(arm, here, rested, self._timestep)
             action[layout.arm] = wanted + self.giving_way.offset
@@ -333,32 +334,32 @@ class RobotMotion(BaseMotion):
         return action.copy()
 
     def _let_go_at(self, position: Vector, moved: float) -> None:
-        """Let go of a path off which the base has been led, or on which it is held up, at a speed, m/s.
+        """Give up the path of a base that has left it, or is held up on it, and `moved` at a speed, m/s.
 
-        It comes to rest from the commanded motion, if it does move so.
+        The base comes to rest from the commanded motion, or from standstill if it is held up.
         """
         (vx, vy), (ax, ay) = self._velocity.commanded, self._velocity.acceleration
         if moved < _HELD_UP_SHARE * math.hypot(vx, vy):
             vx = vy = ax = ay = 0.0
-        lag = self.robot.servos.base_lag  # by which commands are early
+        lag = self.robot.servos.base_lag  # s; commands are early by it
         self.let_go(position, (vx - lag * ax, vy - lag * ay), (ax, ay))
 
     def _base_action(self, base: Sequence[float], restrain: Restrain | None) -> tuple[float, float, float]:
-        """Velocities of the base: those of the references with the servos' lag fed forward, and the feedback."""
+        """Return the base's velocities: the references' with the servos' lag fed forward, and the feedback."""
         servos, now = self.robot.servos, self.now
         (x, y), _, _ = self._base_at(now)
         moved, self._seen_at = math.dist(base[:2], self._seen_at) / self._timestep, (float(base[0]), float(base[1]))
         is_led_off = self.is_driving and not self._is_free
         came_to_rest, self._comes_to_rest = self._comes_to_rest, self.stops and self.is_driving
-        if self._comes_to_rest or (came_to_rest and self.stops):  # wherever that is: beside a child nothing leads back
+        if self._comes_to_rest or (came_to_rest and self.stops):  # in any place: beside a child nothing leads back
             x, y = self._seen_at
             if not self._comes_to_rest:
                 self._hold((x, y))
-        elif math.dist((x, y), base[:2]) > (_LED_OFF if is_led_off else _HELD_UP):  # it must find a new way from there
+        elif math.dist((x, y), base[:2]) > (_LED_OFF if is_led_off else _HELD_UP):  # it must plan anew from there
             x, y = self._seen_at
             self._let_go_at((x, y), moved)
         end = now + self._lead
-        # The base's lag is fed forward as time: as acceleration, it would make commands jump where that changes.
+        # Feed the base's lag forward as time: as acceleration, commands would jump with it.
         _, (vx, vy), _ = self._base_at(end + servos.base_lag)
         yaw = self._yaw.at(now)[0]
         _, yaw_rate, yaw_acceleration = self._yaw.at(end)
@@ -369,17 +370,17 @@ class RobotMotion(BaseMotion):
             back_x, back_y = back_x * most / push, back_y * most / push
         vx, vy = vx + back_x, vy + back_y
         top = self.limits.as_commanded.velocity
-        if (speed := math.hypot(vx, vy)) > top:  # held up by something, it must not catch up at any speed
+        if (speed := math.hypot(vx, vy)) > top:  # held up, it must not catch up at any speed
             vx, vy = vx * top / speed, vy * top / speed
         wanted = vx, vy
         left, at_once = restrain(wanted, self._velocity.commanded) if restrain else (wanted, False)
         vx, vy = self._velocity.follow(left, at_once, goes_on=math.dist(left, wanted) < NO_SPEED)
         self._is_free = math.dist((vx, vy), wanted) < NO_SPEED
-        # Pushed at its arm, the base has been turned as well.
+        # A push at the arm turns the base as well.
         released = min(_CATCH_UP_TURN, self._turn_feedback + _RELEASE_TURN * self._timestep)
         released = min(released, _TURN_SHARE * self.catch_up / self.robot.footprint)
         self._turn_feedback = most = _GENTLE_TURN if self.giving_way.yields else released
         back_yaw = min(most, max(-most, self._yaw_gain * (yaw - base[2])))
-        # Looked up beyond the next timestep, at which its bound may change, the reference alone may jolt the base.
+        # The reference is sampled beyond the next timestep, at which its bound may change: alone, it may jolt the base.
         turn, _ = self._turn_rate.follow((yaw_rate + servos.yaw_lag * yaw_acceleration + back_yaw, 0.0))
         return vx, vy, turn

@@ -1,4 +1,4 @@
-"""Paths on which the hand reaches out, from the tucked arm to a candle."""
+"""Paths of the hand: from the tucked arm to candles, to small things on the floor, and to the tray."""
 
 from __future__ import annotations
 
@@ -16,33 +16,33 @@ from caregiver_mj.robot.kinematics import Arm
 from caregiver_mj.robot.limits import ArmLimits, Limits
 from caregiver_mj.robot.scalar_motion import NOTHING, ScalarMotion, highest
 
-_SLOWEST = 0.25  # per second, of the way from one pose to the next, that is worth to go
-_CHECKS = 25  # poses on the arm's way that are checked
-_SHARES = 33  # that are looked at
-_HOVER = 0.10  # metres over what lies, at which the hand stops
-_BEYOND = 0.004  # metres below the floor to which the fingertips may feel for it
-UP = 1.0  # where a hand that picks up something small is in mid air, on its way there and to the tray
-LOW = 0.015  # metres over the floor at which the fingertips begin to feel for it
-_QUICK, _HALVINGS = 0.6, 14  # per second, as above, that is quick enough
-_UP = 0.42, 0.0, 0.85  # metres, of the pinch point in mid air: over a child's head
-_OVER_TRAY = 0.03  # metres over the tray's walls, of the fingertips
-TRAY_SPOTS = (0.0, 0.6, -0.6)  # where along the tray the hand lets go, as shares of half of it: things lie side by side
-_TRAY_PITCHES = np.radians((90, 110, 125, 140)).tolist()  # of the hand there: the tray is near to the arm's foot
+_SLOWEST = 0.25  # 1/s; speed of s below which a path to a candle on the floor takes too long
+_CHECKS = 25  # poses sampled on a line or a path
+_SHARES = 33  # values of s searched by `as_high`
+_HOVER = 0.10  # m; height above a lying candle at which the hand stops first
+_BEYOND = 0.004  # m; depth below the floor to which the fingertips may feel for it
+UP = 1.0  # s of the pose in mid air, on the way to a small thing and on that to the tray
+LOW = 0.015  # m; height above the floor at which the fingertips begin to feel for it
+_QUICK, _HALVINGS = 0.6, 14  # 1/s; the same of a path to a small thing or the tray. Steps of the search for a height
+_UP = 0.42, 0.0, 0.85  # m; pinch point in mid air, above a child's head
+_OVER_TRAY = 0.03  # m; height of the fingertips above the tray's walls
+TRAY_SPOTS = (0.0, 0.6, -0.6)  # places to let go along the tray, as shares of its half length, so that things fit
+_TRAY_PITCHES = np.radians((90, 110, 125, 140)).tolist()  # rad; the hand's there: the tray is near the arm's foot
 
 
 class ReachPath:
-    """The hand's way from the tucked arm (s = 0) through poses (s = 1, 2, ...): lines in joint space.
+    """A path from the tucked arm (s = 0) through poses (s = 1, 2, ...): lines in joint space.
 
-    A pose is joint positions (joints,) in radians; there are two or more, the tucked arm first. `gently` are lines on
-    which the hand is as slow as on the slowest.
+    A pose is joint positions (joints,), rad; there are two or more, the tucked arm first. On the lines in `gently` the
+    hand is as slow as on the slowest line.
 
-    In the arm's vertical plane the hand's pitch is a signed sum of joint positions, so that a line between two poses
-    of equal pitch keeps it all the way: a candle stays upright. A line has no curvature either, which makes the
-    joints' limits simple bounds of s and its derivatives on it; they hold as long as the hand stops at every pose.
+    In the arm's vertical plane the hand's pitch is a signed sum of joint positions, so a line between two poses of
+    equal pitch keeps it: a candle stays upright. A line has no curvature, so the joints' limits are bounds of s and its
+    derivatives, as long as the hand stops at every pose.
 
     Attributes:
-        goal: s at the last of them.
-        returns: Whether the last of them is the tucked arm again.
+        goal: s of the last pose.
+        returns: Whether the last pose is the tucked arm again.
     """
 
     def __init__(self, poses: Sequence[np.ndarray], arm: ArmLimits, gently: slice = slice(0)):
@@ -51,7 +51,7 @@ class ReachPath:
         self.goal = len(self._ways)
         self.returns = bool((self._poses[0] == self._poses[-1]).all())
         way = np.abs(self._ways) + 1e-12
-        # The nearer to the end of its range a joint is, the slower it must be, and the poses are the extremes.
+        # Joints must be slower nearer to the ends of their ranges, and positions are extreme at the poses.
         ends = np.min([arm.velocity_at(self._poses, sign * np.ones_like(self._poses)) for sign in (1, -1)], axis=0)
         velocity = np.minimum(np.minimum(ends[:-1], ends[1:]) * arm.velocity_share, arm.servo_velocity)
         acceleration, jerk = arm.acceleration * arm.acceleration_share, np.full_like(way, arm.planned_jerk)
@@ -59,16 +59,16 @@ class ReachPath:
         self._limits[:, gently] = self._limits.min(axis=1, keepdims=True)
 
     def joints(self, s: float) -> np.ndarray:
-        """Return the joint positions (joints,) in radians at s."""
+        """Return the joint positions (joints,) at s, rad."""
         i = min(int(s), self.goal - 1)
         return self._poses[i] + (s - i) * self._ways[i]
 
     def limits(self, start: float, end: float) -> Limits:
-        """Return bounds of s (per second, ...) under which every joint keeps its limits between two values of s."""
+        """Return bounds of s (1/s, ...) under which every joint keeps its limits between two values of s."""
         return Limits(*self._limits[:, slice(*self.span(start, end))].min(axis=1).tolist())
 
     def seconds(self, speeds: Sequence[float] = ()) -> float:
-        """Return how long the hand takes with a stop at every pose, and on each line one of these speeds at most."""
+        """Return the time of the path with a stop at every pose, s; `speeds` bounds that of s on the first lines."""
         motion = ScalarMotion(self.limits(0, 1), 0.0)
         for line in range(self.goal):
             limits = self.limits(line, line + 1)
@@ -77,17 +77,17 @@ class ReachPath:
         return motion.arrival
 
     def longest(self, arm: Arm, start: float, end: float) -> float:
-        """Return the metres that the hand goes for each unit of s, where these are most on the same lines."""
+        """Return the greatest travel of the hand per unit of s on the lines between two values of s, m."""
         first, last = self.span(start, end)
         shares = np.linspace(first, last, _CHECKS * (last - first))
         places = np.array([arm.pinch(self.joints(s)) for s in shares])
         return float(np.linalg.norm(np.diff(places, axis=0), axis=1).max() / (shares[1] - shares[0]))
 
     def span(self, start: float, end: float) -> tuple[int, int]:
-        """Return the last pose before, and the first one after, all that lies between two values of s.
+        """Return the last pose before, and the first one after, two values of s.
 
-        The lines between these poses are those whose limits count; a hand at a pose, or off it by rounding, is on the
-        line that it goes along, and on no other.
+        The limits of the lines between these poses apply. A hand at a pose, up to rounding, counts as on the line that
+        it moves along, and on no other.
         """
         first = min(int(min(start, end) + NOTHING), self.goal - 1)
         return first, min(self.goal, max(first + 1, math.ceil(max(start, end) - NOTHING)))
@@ -95,7 +95,7 @@ class ReachPath:
 
 @functools.cache
 def reach_path(arm: Arm, height_in_tenths_of_mm: int) -> ReachPath:
-    """Return the way to a point as far ahead as the arm reaches, at a height in 0.1 mm (so that paths are shared).
+    """Return the path to a point as far ahead as the arm reaches, at a height in 0.1 mm, so that paths are shared.
 
     Raises:
         CaregiverError: The arm cannot reach there.
@@ -107,23 +107,23 @@ def reach_path(arm: Arm, height_in_tenths_of_mm: int) -> ReachPath:
 
 @functools.cache
 def as_high(arm: Arm, usual: int, other: int, share: float) -> float:
-    """Return how far out the hand is as high over another goal as it is over the usual one, where that is a share.
+    """Return the s at which the hand is as high above another goal as it is above the usual one at s = `share`.
 
     The heights of both goals are in mm.
     """
     above = arm.pinch(reach_path(arm, 10 * usual).joints(share))[2] - 1e-3 * usual
     path = reach_path(arm, 10 * other)
-    shares = np.linspace(share, 0.0, _SHARES)  # the hand comes down all the way
+    shares = np.linspace(share, 0.0, _SHARES)  # the hand only descends as s grows
     return next((float(s) for s in shares if arm.pinch(path.joints(s))[2] - 1e-3 * other >= above), 0.0)
 
 
 def retrieval_paths(arm: Arm, point: np.ndarray, rotation: np.ndarray, lift: float = 0.0) -> Iterator[ReachPath | None]:
-    """Yield ways to something that lies about: to a pose over it, then straight down to it.
+    """Yield paths to a lying candle: to a pose above it, then straight down.
 
-    It is gripped at a point (3,), metres, in the base's frame, with a rotation of the hand (3, 3), see `hand_rotation`.
-    The hand comes and goes by way of a pose that many metres higher, if the lift is not 0. Each guess at the arm's
-    joints, which takes long, yields a way, or None if the arm cannot reach there from it, would come near the robot
-    itself, or would have to creep. Nothing is yielded if it is too far away.
+    The hand grips at a point (3,), m, in the base's frame, with a rotation (3, 3), see `hand_rotation`. If `lift` is
+    not 0, it passes a pose so much higher, m. Each guess at the joints, slow to solve, yields a path, or None if the
+    arm cannot reach from it, would come near the robot itself, or would have to creep. A point too far away yields
+    nothing.
     """
     above = np.array([*point[:2], point[2] + _HOVER])
     for guess in guesses(arm, rotation) if arm.may_reach(point, rotation) else ():
@@ -136,7 +136,7 @@ def retrieval_paths(arm: Arm, point: np.ndarray, rotation: np.ndarray, lift: flo
             yield None
             continue
         path = ReachPath([arm.tucked, *over, down], arm.embodiment.limits.arm)
-        # Next to the end of a joint's range it would have to creep, for minutes.
+        # Near the end of a joint's range the arm would creep for minutes.
         quick = path.limits(0, path.goal).velocity > _SLOWEST
         clear = quick and all(arm.clears_itself(path.joints(s)) for s in np.linspace(path.goal, 0.0, _CHECKS))
         yield path if clear else None
@@ -144,11 +144,11 @@ def retrieval_paths(arm: Arm, point: np.ndarray, rotation: np.ndarray, lift: flo
 
 @functools.cache
 def pick_up_path(arm: Arm, ahead: float, heading: float) -> ReachPath | None:
-    """Return the quickest way down to something small, on the floor, until the fingers touch that.
+    """Return the quickest path down to a small thing on the floor, on which the hand stops at contact with the floor.
 
-    Its poses are in mid air (1), and where the fingertips would be in the floor (2). It lies so many metres ahead of
-    the base's middle; the fingers open sideways of the heading, in radians. None if the robot keeps clear of itself and
-    its tray on no way.
+    Its poses are in mid air (1), and with the fingertips just below the floor (2). The thing lies `ahead` m in front of
+    the base's middle; the fingers open across the `heading`, rad. Return None if the arm meets robot or tray on every
+    path.
     """
     hand = np.array([ahead, 0.0, arm.embodiment.fingertip - _BEYOND]), hand_rotation(heading, math.pi / 2)
     ways = _ways(arm, tray_path(arm).joints(UP), *hand) if arm.may_reach(*hand) else ()
@@ -156,7 +156,7 @@ def pick_up_path(arm: Arm, ahead: float, heading: float) -> ReachPath | None:
 
 
 def share_at(arm: Arm, path: ReachPath, height: float) -> float:
-    """Return how far along a `pick_up_path` the fingertips are at a height above the floor, on the last of it."""
+    """Return the s at which the fingertips descend to a height above the floor, m, on a `pick_up_path`."""
 
     def is_above(share: float) -> bool:
         return bool(arm.pinch(path.joints(share))[2] - arm.embodiment.fingertip > height)
@@ -166,10 +166,9 @@ def share_at(arm: Arm, path: ReachPath, height: float) -> float:
 
 @functools.cache
 def tray_path(arm: Arm, spot: float = 0.0) -> ReachPath:
-    """Return the way by the same pose in mid air (1) to where the hand lets go over the tray (2).
+    """Return the path through the same pose in mid air (1) to one above the tray (2), where the hand lets go.
 
-    That is at one of `TRAY_SPOTS`. The way is one on which the hand turns little: what fingertips hold slips when it
-    does.
+    The spot is one of `TRAY_SPOTS`. The hand turns little on the path, for a thing between fingertips slips in turns.
 
     Raises:
         CaregiverError: The robot has no tray, or its arm cannot get there.
@@ -185,7 +184,7 @@ def tray_path(arm: Arm, spot: float = 0.0) -> ReachPath:
 
 
 def _ways(arm: Arm, up: np.ndarray, place: np.ndarray, rotation: np.ndarray) -> list[ReachPath]:
-    """Quick ways by a pose in mid air to one of the hand, clear of robot and tray."""
+    """Return quick paths through a pose in mid air to one of the hand, clear of robot and tray."""
     found = []
     for guess in (up, *guesses(arm, rotation)):
         try:
@@ -199,11 +198,11 @@ def _ways(arm: Arm, up: np.ndarray, place: np.ndarray, rotation: np.ndarray) -> 
 
 
 def guesses(arm: Arm, rotation: np.ndarray) -> list[np.ndarray]:
-    """Return joint positions from which a pose of the hand may be found."""
+    """Return joint positions to start a search for the hand's rotation from, (joints,), rad each."""
     bends = arm.embodiment.bends
     heading = math.atan2(rotation[0, 1], -rotation[1, 1])
     guesses = []
-    # Bends of the wrist from the usual one on, and the nearer of the two ways to turn the hand.
+    # The wrist's bends, the usual one first, and turns of the hand.
     for bend, turn in itertools.product(bends.bends, (heading, -heading, 0.0)):
         more = np.zeros(len(arm.tucked))
         more[bends.bend], more[bends.turn] = bend, turn

@@ -1,6 +1,6 @@
-"""References of single quantities that move: heading, gripper, how far the hand reaches out.
+"""References of single quantities: heading, gripper, the hand's place on its path, the rate of the base.
 
-They are functions of time that continue from whatever state they are in when a new goal is set.
+They are functions of time; a new goal continues the present state.
 """
 
 from __future__ import annotations
@@ -13,46 +13,46 @@ from ruckig import ControlInterface, InputParameter, Result, Ruckig, RuckigError
 
 from caregiver_mj.robot.limits import Limits
 
-_ROUNDING = 1.01  # times a limit: what is above it by less is there by rounding
-NOTHING = 1e-9  # ruckig refuses targets that are closer than rounding; so near, hold
-_NEARLY = 1.0 - 1e-6  # of the jerk that was asked for
-SAMPLES = 60  # of a trajectory, to see how far and how fast it gets
+_ROUNDING = 1.01  # multiple of a limit below which an excess is rounding
+NOTHING = 1e-9  # distance of a target below which to hold: ruckig refuses targets within rounding
+_NEARLY = 1.0 - 1e-6  # share of the jerk for another try
+SAMPLES = 60  # steps of a trajectory at which extremes are sought
 
 
 class ScalarMotion:
-    """A single quantity that moves to a position, or at a velocity, within limits; at rest at first.
+    """A quantity that moves to a position, or at a velocity, within limits; it begins at rest.
 
-    One that `brakes` slows down to a limit of its velocity that has become lower; another one keeps what it has.
+    With `brakes` it slows down to a lowered limit of velocity; else it keeps its velocity.
     """
 
     def __init__(self, limits: Limits, position: float, brakes: bool = False):
         self._brakes = brakes
         self.target = position
         self._start = 0.0
-        self._rest: float | None = position  # at rest here, unless a trajectory is under way
+        self._rest: float | None = position  # position at rest; None on a trajectory
         self._sampled_at: float
         self._highest: float | None
         self.limits = limits
 
     def set_limits(self, limits: Limits, now: float = math.inf) -> None:
-        """Change the limits; a motion under way keeps the old ones until its next goal.
+        """Change the limits; the present motion keeps the old ones until its next goal.
 
-        Given the present time, one to a position gets the new ones now.
+        Given the present time, a motion to a position takes the new ones at once.
         """
         self.limits = limits
         if self._rest is None and self._ends and now < self.arrival:
             self._solve(now, self.at(now), ControlInterface.Position)
 
     def at(self, now: float) -> tuple[float, float, float]:
-        """Return the position, velocity and acceleration at a time not before the last goal was set."""
+        """Return the position, velocity and acceleration at a time, not before the last goal was set."""
         if self._rest is not None:
             return self._rest, 0.0, 0.0
-        if now != self._sampled_at:  # many ask for the same moment
+        if now != self._sampled_at:  # many callers use the same time
             self._sampled_at, self._sample = now, self._state_at(now - self._start)
         return self._sample
 
     def move_to(self, target: float, now: float) -> None:
-        """Set a position to come to rest at."""
+        """Move to rest at a position."""
         if target == self.target and (self._rest is not None or self._ends):
             return
         state = self.at(now)
@@ -63,29 +63,29 @@ class ScalarMotion:
         self._solve(now, state, ControlInterface.Position)
 
     def run_at(self, velocity: float, now: float, at_once: bool = False) -> None:
-        """Keep up a velocity from now on, after speeding up to it, or at once."""
+        """Change to a velocity within the limits, or at once, and keep it."""
         position, present, acceleration = self.at(now)
         state = (position, velocity, 0.0) if at_once else (position, present, acceleration)
         self.target = velocity
         self._solve(now, state, ControlInterface.Velocity)
 
     def begin_anew(self, now: float) -> None:
-        """Count the position from zero, of a motion at a velocity; it goes on as it does."""
+        """Count the position of a motion at a velocity from zero; the motion goes on."""
         _, velocity, acceleration = self.at(now)
         self._solve(now, (0.0, velocity, acceleration), ControlInterface.Velocity)
 
     def stop(self, now: float) -> None:
-        """Come to rest as soon as it can; `target` is then where."""
+        """Come to rest as soon as possible, and set `target` to the position there."""
         if self._rest is None:
             self.run_at(0.0, now)
             self.target = self._state_at(self._duration)[0]
 
     def rests_at(self, position: float) -> bool:
-        """Return whether it is at rest there."""
+        """Return whether the quantity rests at a position."""
         return self._rest == position
 
     def highest(self) -> float:
-        """Return the highest position of the present motion, which may swing out before it turns back."""
+        """Return the highest position of the present motion, which may overshoot before it turns back."""
         if self._rest is not None:
             return self._rest
         if self._highest is None:
@@ -95,16 +95,16 @@ class ScalarMotion:
 
     @property
     def stops(self) -> bool:
-        """Whether its last goal was to come to rest wherever that is."""
+        """Whether the last goal was to stop at no given position."""
         return self._rest is None and not self._ends and self.target == 0.0
 
     @property
     def arrival(self) -> float:
-        """When the present motion ends (a past time if it is at rest)."""
+        """Time at which the present motion ends, s; a past one at rest."""
         return self._start if self._rest is not None else self._start + self._duration
 
     def _state_at(self, time: float) -> tuple[float, float, float]:
-        """Position, velocity and acceleration at a time since the start of the trajectory."""
+        """Return position, velocity and acceleration at a time since the start of the trajectory, s."""
         if self._ends and time >= self._duration:
             return self.target, 0.0, 0.0
         (position,), (velocity,), (acceleration,) = self._trajectory.at_time(time)
@@ -131,7 +131,7 @@ class PathError(Exception):
 
 
 class Solved(Trajectory):
-    """A trajectory that is never changed again, so that copies of a robot's motion can share it."""
+    """A trajectory that is never changed, so that copies of a robot's motion can share it."""
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Solved:
         return self
@@ -140,7 +140,7 @@ class Solved(Trajectory):
 def parameters(
     position: list[float], velocity: list[float], acceleration: list[float], limits: Limits
 ) -> InputParameter:
-    """Return a state to start from, and limits that hold along every axis."""
+    """Return an input of ruckig with a start state, and limits along every axis."""
     asked = InputParameter(len(position))
     asked.current_position = position
     asked.current_velocity = velocity
@@ -173,7 +173,7 @@ def solve(asked: InputParameter) -> Trajectory:
 
 
 def highest(fits: Callable[[float], bool], low: float, high: float, halvings: int = 30) -> float:
-    """Return the highest value that fits, between one that does and one that does not."""
+    """Return the highest value that fits, by halving between `low`, which fits, and `high`, which does not."""
     for _ in range(halvings):
         middle = (low + high) / 2
         low, high = (middle, high) if fits(middle) else (low, middle)
@@ -181,6 +181,6 @@ def highest(fits: Callable[[float], bool], low: float, high: float, halvings: in
 
 
 def extremes(trajectory: Trajectory) -> tuple[float, float]:
-    """Return the highest speed of a trajectory in two dimensions and its farthest first coordinate, from samples."""
+    """Return the greatest speed and first coordinate of a trajectory in two dimensions, from samples."""
     states = [trajectory.at_time(trajectory.duration * i / SAMPLES) for i in range(SAMPLES + 1)]
     return max(math.hypot(*velocity) for _, velocity, _ in states), max(position[0] for position, _, _ in states)
