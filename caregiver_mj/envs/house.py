@@ -1,4 +1,4 @@
-"""The tasks in the house as Gymnasium environments, and what `TargetsEnv` runs there."""
+"""The tasks in the house as Gymnasium environments, and the house of `TargetsEnv`."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.tasks import load
 
 # Regular motion stays well within these bounds; the effects of wild actions are clipped.
-_SPEED, _TURN_RATE = 2.0, 26.0  # m/s, rad/s; the latter of a child that turns round
+_SPEED, _TURN_RATE = 2.0, 26.0  # m/s; rad/s, of a child that turns round
 _ARM_SLACK, _FINGER_SLACK = 0.1, 0.03  # rad, m; compliance of a joint limit
 _ARM_SPEED = 50.0  # rad/s; with random actions, which jump across the range fifty times a second
 _LOWEST, _HIGHEST = -1.0, 2.0  # m; height of a candle
-_UNKNOWN = 1e6  # for observations of user tasks, and for the clock of an endless one
+_UNKNOWN = 1e6  # bound of observations of user tasks, and of the clock of an endless task
 
 Bounds = tuple[np.ndarray | float, np.ndarray | float]
 
@@ -39,11 +39,11 @@ Bounds = tuple[np.ndarray | float, np.ndarray | float]
 class HouseEnv(gymnasium.Env):
     """A task in the house; actions are those of the task, in its units.
 
-    An episode is truncated when its time is over, and when the simulation diverges, as wild actions can make it: then
-    with the last good observation, no reward, and `info["diverged"]` True.
+    An episode is truncated when its time is over, or when wild actions make the simulation diverge. That step returns
+    the last good observation, no reward, and `info["diverged"]` True.
 
-    `info` has after every step `cost` and its two parts, see `CostMeter`, and `diverged`; after a reset the `seed` that
-    reproduces the episode; and after the last step `outcome`, the measures of the episode by column, and
+    After a reset `info` has the `seed` that reproduces the episode. After a step it has `diverged`, and `cost` with its
+    two parts, see `CostMeter`; after the last one also `outcome`, the measures of the episode by column, and
     `episode_score`, see `caregiver_mj.experiments.score`.
 
     Attributes:
@@ -309,7 +309,7 @@ class TargetHouse:
         return self.policy.percept()
 
     def cost(self) -> dict[str, np.ndarray]:
-        """Return the cost of the last decision, as of `CostMeter`, (1,) each."""
+        """Return the cost of the last decision, see `CostMeter`, (1,) each."""
         return {key: np.array([value]) for key, value in self._cost.read().items()}
 
     def outcome(self) -> dict[str, Any]:

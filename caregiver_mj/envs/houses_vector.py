@@ -25,9 +25,9 @@ _AT_ONCE = 8  # default number of houses at once
 class GridHousesVector(gymnasium.vector.VectorEnv):
     """`Supervise-Targets` in the grid, in several houses at once that change with every episode.
 
-    See `GridTargetsVector`. Observations and actions of all houses have the same shapes, with as many slots as the
-    house with most of a kind needs, or more by request. Episodes of one house are contiguous, and in it those of one
-    family; `info["house"]` has the number of each episode's house.
+    See `GridTargetsVector`. Observations and actions of all houses have the same shapes, with enough slots for every
+    house, or more by request. Episodes of one house are contiguous, and within it those of one family; `info["house"]`
+    has the number of each episode's house.
 
     Attributes:
         plans: The houses.
@@ -49,7 +49,7 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
         Args:
             houses: Floor plans, or their names, as `FloorPlan.load` takes them.
             num_envs: Episodes at once, 100,000 at most, equally many for each house and family.
-            at_once: Number of different houses at once, drawn anew for every episode; None for 8, or all of fewer.
+            at_once: Number of different houses at once, drawn anew for every episode; None for 8, or all if fewer.
             families: Several child groups, as `ChildGroup.of` takes them, with equally many children.
             options: Further arguments of `GridTargetsVector`, except for rendering; `slots` and `shape` default to the
                 needs of the houses.

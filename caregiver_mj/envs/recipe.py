@@ -44,10 +44,10 @@ _TARGET_TASK = "Targets: say once a novice timestep what to protect the children
 class Recording:
     """The episodes of a data set, and the cameras to record."""
 
-    spec: EpisodeSpec  # one of the episodes; the others differ in number
+    spec: EpisodeSpec  # one of the episodes; the others differ in their numbers only
     cameras: tuple[str, ...] = ()  # names of cameras to record
     size: tuple[int, int] = (128, 96)  # width and height of images, in pixels, even
-    answers: tuple[str, ...] = ()  # the caregiver's earlier answers in each episode, to be replayed, if any
+    answers: tuple[str, ...] = ()  # the caregiver's earlier answers to replay, a text an episode; or empty
 
     def check(self) -> None:
         """Raise CaregiverError unless all fields are valid."""
@@ -94,8 +94,8 @@ class Recording:
         """Return Gymnasium's specification of the environment, from which any machine can make it.
 
         Args:
-            house: A name of the house in the package, or None. Without a name, or with another damage of collisions
-                than by default, the specification holds the whole plan.
+            house: Name of the house in the package, or None. Without a name, or with damage of collisions other than
+                the default, the specification holds the whole plan.
         """
         spec = copy.deepcopy(gymnasium.spec(TARGETS_ID if self.spec.task == TARGETS else TASKS[self.spec.task].id))
         spec.kwargs = {**spec.kwargs, **self.kwargs, "house": house}
@@ -106,14 +106,14 @@ class Recording:
         return spec
 
     def about(self) -> About:
-        """Return the description of its data set."""
+        """Return the description of the data set."""
         (env, _), spec = prepared(self), self.spec
         if isinstance(env, HouseEnv):
             rate, names = 1 / env.dm_env.control_timestep(), env.dm_env.action_spec().name.split("\t")
         else:
             rate, names = spec.child_speed / spec.plan.cell_size, ["target"]  # one decision per novice timestep
         text = _TARGET_TASK
-        if spec.task != TARGETS:  # what its module says first
+        if spec.task != TARGETS:  # first line of the module's docstring
             text = (inspect.getdoc(sys.modules[TASKS[spec.task].find_kind().__module__]) or spec.task).partition("\n")[
                 0
             ]
@@ -140,7 +140,7 @@ def make_recorded(house: Any, task: str = TARGETS, **options: Any) -> HouseEnv |
     The options are further arguments of `HouseEnv` or `make_targets`.
 
     Raises:
-        CaregiverError: As of these.
+        CaregiverError: See these.
     """
     if isinstance(house, dict):
         house = plan_of_record(house, DamageWeights.of(house["damage"]))
@@ -288,10 +288,10 @@ class TargetCaregiver(Actor):
     """
 
     def __init__(self, env: TargetsEnv, caregiver: str, seed: int, queries: Queries = Queries()):
-        """Prepare it.
+        """Make the caregiver.
 
         Raises:
-            CaregiverError: The caregiver does nothing, does not only choose targets, or needs privileged information.
+            CaregiverError: The caregiver does nothing, does more than choose targets, or needs privileged information.
         """
         self._world = env.world
         found = find_caregiver(caregiver, queries=queries)

@@ -10,7 +10,7 @@ from gymnasium import spaces
 from caregiver_mj.caregivers.target_observation import Encoder
 from caregiver_mj.errors import LARGEST_SEED, CaregiverError, check_integer
 
-STRIKE_COST = 1.0  # of a strike, in addition to its damage
+STRIKE_COST = 1.0  # cost of a strike, in addition to damage
 
 
 def observation_space(encoder: Encoder) -> spaces.Space[Any]:
@@ -67,7 +67,7 @@ def episode_seed(seed: int | None, random: np.random.Generator) -> int:
 
 
 def check_render_mode(mode: str | None) -> None:
-    """Raise CaregiverError unless it is "rgb_array" or None."""
+    """Raise CaregiverError unless a mode is "rgb_array" or None."""
     if mode == "human":
         raise CaregiverError(
             "no render mode 'human', which needs a window: take rgb_array; `caregiver-mj view` opens a window"

@@ -24,8 +24,8 @@ from caregiver_mj.experiments.score import Scorer
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 
-MOST_EPISODES = 100_000  # at once; they take memory from the start
-LEAST_PIXELS, MOST_PIXELS = 32, (1920, 1080)  # of an image's sides, as in the house
+MOST_EPISODES = 100_000  # episodes at once, all of which take memory from the start
+LEAST_PIXELS, MOST_PIXELS = 32, (1920, 1080)  # limits of an image's sides, as in the house
 
 
 class TargetGrid:
@@ -57,7 +57,7 @@ class TargetGrid:
         self.ended = False
 
     def begin(self, seeds: Sequence[int]) -> None:
-        """Begin the episodes with some seeds, with the children's first moves."""
+        """Begin the episodes with seeds, and draw the children's first moves."""
         self.world.reset([RandomStream.draw_group(np.random.RandomState(seed), self.children) for seed in seeds])
         self._cost = CostMeter(self.world.ledger)
         self.ended = False
@@ -79,7 +79,7 @@ class TargetGrid:
         return self.world.percept()
 
     def cost(self) -> dict[str, np.ndarray]:
-        """Return the cost of the last decision in each world, as of `CostMeter`."""
+        """Return the cost of the last decision in each world, see `CostMeter`."""
         return self._cost.read()
 
     def outcome(self) -> dict[str, Any]:

@@ -30,11 +30,11 @@ STRIKE_PAUSE = 0.5  # s; contacts within it are one strike
 BANDS = {"creeping": STRIKE_SPEED, "slow": 0.25, "fast": math.inf}
 PRESSING = 0.5  # s; a contact of at least this duration is a pressing
 FLAME_CLEAR = 0.3  # m; the 12 inches between a burning candle and clothing that NFPA and makers recommend
-WAX_CLEAR = 0.1  # m between a child and the candle itself; own choice
+WAX_CLEAR = 0.1  # m; the same distance from the candle itself, own choice
 FAR = 1.0  # m; greater distances are recorded as this
-_APART = 0.1  # s without touch that end a contact; shorter gaps occur while robot and child give way to each other
+_APART = 0.1  # s; time without touch that ends a contact: shorter gaps occur while robot and child yield to each other
 _SOLID = ("wall", "bin", TABLE.name)  # rigid things, beside closed gates
-_OPPOSITE = -0.5  # cosine of the angle, seen from a child, from which on it is between robot and solid: 120 degrees
+_OPPOSITE = -0.5  # cosine; the child is between robot and solid if it sees them at least 120 degrees apart
 # Columns that only the house counts, with their types.
 COUNTED = {
     column.name: int if column.type == "int" else float
@@ -78,11 +78,11 @@ class Touch:
     index: int  # its number in the floor plan, -1 for walls and the robot
     # unit vector from the child towards it, on the floor; (0, 0) if it is above or below
     direction: tuple[float, float]
-    speed: float  # of the touching part of the robot or gate towards the child, m/s (0 for all else)
-    # of its surface at the contact, towards the child and along it, m/s: more than `speed` where it turns or slides
-    # past; a surface that moves away counts by its sliding only
+    speed: float  # m/s; speed of the touching part of the robot or gate towards the child, 0 for all else
+    # m/s; speed of that part's surface at the contact, towards the child and along it: above `speed` where the part
+    # turns or slides past. Of a surface that moves away only the sliding counts
     surface_speed: float = 0.0
-    # the same at the base velocity that the drives command: a pushing child moves the robot but does not drive it
+    # m/s; the same at the base velocity that the drives command: a pushing child moves the robot without driving it
     driven_speed: float = 0.0
     force: float = 0.0  # between the two, N; with friction
     height: float = 0.0  # of the contact above the floor, m

@@ -1,4 +1,4 @@
-"""Running episodes in both worlds: the rollout, which is the only loop, and the ledger, which alone counts."""
+"""Episodes in both worlds: `Rollout` is their only loop, `Ledger` their only account."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ MET = ("entered", "entered_blocked", "held_up")  # other encounters with the car
 
 
 class Ledger:
-    """Books a batch of B episodes with K children each. Worlds report through its methods only.
+    """The account of a batch of B episodes with K children each. Worlds report through its methods only.
 
     Attributes:
         timestep: Novice timesteps booked so far.
         harm: Damage of each kind that each child has taken, (B, K, kinds), in the order of `KINDS`.
-        toys: Toy bins that each has reached, (B, K).
-        moves_blocked: Moves of each into the caregiver, by target, (B, K, targets), in the order of `BLOCKED`.
-        moves_met: Moves of each that met the caregiver otherwise, (B, K, kinds), in the order of `MET`.
-        longest_blocked: Most consecutive timesteps in which each was blocked, (B, K).
+        toys: Toy bins that each child has reached, (B, K).
+        moves_blocked: Moves of each child into the caregiver, by target, (B, K, targets), in the order of `BLOCKED`.
+        moves_met: Moves of each child that met the caregiver otherwise, (B, K, kinds), in the order of `MET`.
+        longest_blocked: Most consecutive timesteps in which each child was blocked, (B, K).
         interventions: Interventions begun, (B,).
         interventions_done: Interventions completed, (B,).
         seen: Timesteps in which each child was seen, (B, K).
         spent: Timesteps that the caregiver spent on each of `SPENT`, (B, 3).
         candles_dropped: Candles that fell, (B,).
         stopped_at: Timestep in which the damage exceeded the threshold, (B,); 0 if it did not.
-        damage_until_stop: Damage until then, (B,).
+        damage_until_stop: Damage up to and including that timestep, (B,).
         visits: Timesteps that children ended in each free cell, (B, free cells).
-        damage_at: Damage that they took in each free cell, (B, free cells).
+        damage_at: Damage to children in each free cell, (B, free cells).
     """
 
     def __init__(self, plan: FloorPlan, cells: np.ndarray, timesteps: int):
@@ -73,9 +73,9 @@ class Ledger:
             begun: Free cells of the children at its start, (B, K).
             ended: Free cells of the children at its end, (B, K).
             harm: Damage of each kind that each child took, (B, K, kinds).
-            toys: Whether each reached its toy bin, (B, K).
-            blocked: Whether the caregiver blocked each, by the target of its move, (B, K, `BLOCKED`).
-            met: Other encounters of each with the caregiver, (B, K, `MET`); 0 for none.
+            toys: Whether each child reached its toy bin, (B, K).
+            blocked: Whether the caregiver blocked each child, by the target of its move, (B, K, `BLOCKED`).
+            met: Other encounters of each child with the caregiver, (B, K, `MET`); 0 for none.
         """
         self.timestep += 1
         self.harm += harm
@@ -151,7 +151,7 @@ class Ledger:
 
 
 class Rollout(abc.ABC):
-    """Running episodes: one in the house, a batch in the grid.
+    """A run of episodes: one in the house, a batch in the grid.
 
     `run_on` is the only loop over an episode. Data sets and logs of answers observe it, films and viewers run it from
     picture to picture, and Gymnasium environments, whose actions come from outside, drive it step by step.

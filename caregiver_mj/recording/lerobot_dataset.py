@@ -51,10 +51,10 @@ def write_lerobot(
 ) -> None:
     """Write a data set of one episode or more into a new folder, whole or not at all.
 
-    Where files of rows or of videos have more megabytes, the next episode begins another file.
+    After a file of rows or of videos exceeds its `megabytes`, the next episode begins another file.
 
     Raises:
-        CaregiverError: The steps per second are not whole, as video requires.
+        CaregiverError: The steps per second are no whole number, as video requires.
     """
     check_rate(about.rate)
     unfinished = folder.with_name(f".{folder.name}.tmp")
@@ -72,7 +72,7 @@ def check_rate(rate: float) -> None:
 
 
 class _Writer:
-    """Writes one episode after the other, and on closing the metadata."""
+    """Writes episodes one after the other, and the metadata on closing."""
 
     def __init__(self, root: pathlib.Path, about: About, data_megabytes: float, video_megabytes: float):
         self._root, self._about, self._rate = root, about, round(about.rate)
@@ -300,7 +300,7 @@ def table(values: dict[str, np.ndarray]) -> pa.Table:
 
 
 def of_frames(frames: np.ndarray) -> Stats:
-    """Return the statistics of frames' colours (n, height, width, 3), from 0 to 1, (3, 1, 1) each, from a sample."""
+    """Return the statistics of a sample of frames (n, height, width, 3): colours from 0 to 1, (3, 1, 1) each."""
     which = np.unique(np.linspace(0, len(frames) - 1, _FRAMES).astype(int))
     pixels = frames[which].reshape(-1, frames.shape[-1]) / 255.0
     found = _stats(pixels, len(which))

@@ -46,16 +46,16 @@ def write_minari(
     spaces: tuple[gymnasium.spaces.Dict, gymnasium.Space[Any]],
     spec: Any = None,
 ) -> None:
-    """Write a data set into the folder in which Minari looks for them, whole or not at all.
+    """Write a data set into Minari's folder, whole or not at all.
 
     Frames become observations, named after the camera and stored as JPEG, as usual for Minari.
 
     Args:
-        root: The folder.
+        root: Minari's folder.
         name: Name of the data set.
         episodes: At least one; read one after the other.
         about: Description of the data set.
-        spaces: Of observations without frames, and of actions, the same in all episodes.
+        spaces: Spaces of observations without frames, and of actions, the same in all episodes.
         spec: The `EnvSpec`, for `recover_environment`.
 
     Raises:
@@ -96,7 +96,7 @@ def write_minari(
 
 
 def _buffer(episode: Steps) -> Any:
-    """Return an episode in Minari's form: infos have one entry more than there are steps, that of the reset."""
+    """Return an episode in Minari's form: infos have an entry for the reset, then one for each step."""
     from minari.data_collector import EpisodeBuffer
 
     last = np.arange(len(episode)) == len(episode) - 1
