@@ -90,9 +90,9 @@ def load(
 
     Args:
         task: One of `ALL_TASKS`.
-        house: A floor plan, the name of one, such as that of a house of the package or `house-17`, or its path.
-        epsilon: Share of the novice's random moves, in [0, 1]. For several children the share of each, as in "1,.25",
-            or a `ChildGroup`, or a list of children.
+        house: A floor plan, its path, or its name, such as a house of the package or `house-17`.
+        epsilon: Share of the novice's random moves, in [0, 1]; for several children the share of each, as in "1,.25".
+            Or a `ChildGroup`, or a list of children.
         random: Source of all randomness, a `RandomState` or a `Generator`, from which episodes draw; or an integer
             seed; None for a fresh one.
         task_kwargs: Further arguments of the task, such as `embodiment`, the robot's name, or `robot=False`; `family`
@@ -100,7 +100,7 @@ def load(
         environment_kwargs: Further arguments of `dm_control.rl.control.Environment`.
         visuals: Whether to build visual geometry. Without it episodes are the same and run faster, and rendering raises
             `RenderingError`.
-        sight: Which children and things observations show: `all`, or those in the robot's view, as `Sight.of` takes it.
+        sight: Children and things in observations: `all`, or those in the robot's view, as `Sight.of` takes it.
 
     Returns:
         A `dm_env.Environment`.

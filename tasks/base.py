@@ -110,15 +110,15 @@ class CareTask(control.Task):
         ledger: Counts of this episode, a batch of one, up to the last completed novice timestep; `damage` includes the
             present one.
         contacts: Counts of the robot's contacts with the children.
-        caregiver: May prepare the house before the children come in, as in the grid. A `CaregiverPolicy` sets its own
-            one here; None for nobody.
+        caregiver: Prepares the house, if it does so, before the children come in, as in the grid. A `CaregiverPolicy`
+            sets its own; None for no caregiver.
         observer: Makes the observations of the house.
         caregiver_seed: Seed of this episode for a random caregiver.
         embodiment: The robot.
         has_robot: Whether the robot is in the house.
-        control_timestep: Seconds between actions.
-        novice_timestep: Seconds of a novice timestep.
-        child_speed: Speed at which the children walk, m/s.
+        control_timestep: Time between actions, s.
+        novice_timestep: Length of a novice timestep, s.
+        child_speed: Speed of walking children, m/s.
     """
 
     # Properties of a task.
@@ -151,14 +151,13 @@ class CareTask(control.Task):
             random: Source of all randomness, or its seed, as `random_state` takes it.
             robot: Whether there is a robot in the house.
             embodiment: The robot, or its name; None for the default one.
-            control_timestep: Seconds between actions. A `CaregiverPolicy` needs at most 0.06 s; other policies may have
-                up to a child's move.
+            control_timestep: Time between actions, s. A `CaregiverPolicy` requires at most 0.06 s; other policies may
+                have up to a child's move.
             compliant_children: Whether children yield to a push, so that forces on them are realistic; else they are
                 kinematic.
-            child_speed: Speed at which children walk, m/s, 0.1 to 1; a novice timestep is as much shorter as they are
-                faster.
+            child_speed: Speed of walking children, m/s, 0.1 to 1; a novice timestep is inversely proportional.
             sensing: Errors of observations, as `Sensing.of` takes them; None for exact ones.
-            sight: Which children observations show: `all`, or those in view, as `Sight.of` takes it.
+            sight: Children in observations: `all`, or those in view, as `Sight.of` takes it.
             placement: Fields of `Placement`.
 
         Raises:
@@ -307,7 +306,7 @@ class CareTask(control.Task):
         return None
 
     def orders(self, observation: Mapping[str, np.ndarray]) -> Intervention | None:
-        """Return the order in an observation. A task that leaves the choice to the caregiver does not override this."""
+        """Return the order in an observation; None, the default, leaves the choice to the caregiver."""
         return None
 
     @property

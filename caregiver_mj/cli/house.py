@@ -31,7 +31,7 @@ _COUNTS = {  # options of `house make`
     "mugs": "number of further tables, with a mug",
     "batteries": "number of small objects on the floor",
 }
-_MOST_PROBLEMS = 20  # that `house check` prints for a file
+_MOST_PROBLEMS = 20  # problems of a file that `house check` prints
 
 
 def add_house(house: argparse.ArgumentParser) -> None:

@@ -1,4 +1,4 @@
-"""Options that several commands have, and what they stand for."""
+"""Options shared by several commands, and the objects that they describe."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from caregiver_mj.plans.sets import SETS, houses_named
 from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.robot.embodiments import EMBODIMENTS
 
-BEST = "best"  # in the place of an episode's number
+BEST = "best"  # stands for the number of an episode
 CAREGIVER = RULE[0]  # default of all commands
 # Options that belong together, for `add`.
 CHILDREN_OPTIONS = ("--children", "--child", "--child-speed")  # without --epsilon, for `read_family`

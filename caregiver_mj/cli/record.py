@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 
 
 FORMATS = ("minari", "lerobot")
-_MOST_EPISODES = 1_000_000  # of a data set
-_MOST_SECONDS = 3600  # of an episode, which has to fit into memory
+_MOST_EPISODES = 1_000_000  # episodes of a data set
+_MOST_SECONDS = 3600  # s; longest episode, which has to fit into memory
 
 
 def add_record(command: argparse.ArgumentParser) -> None:

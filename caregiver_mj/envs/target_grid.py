@@ -57,7 +57,7 @@ class TargetGrid:
         self.ended = False
 
     def begin(self, seeds: Sequence[int]) -> None:
-        """Begin the episodes with seeds, and draw the children's first moves."""
+        """Begin the episodes with seeds, and make the children's first moves."""
         self.world.reset([RandomStream.draw_group(np.random.RandomState(seed), self.children) for seed in seeds])
         self._cost = CostMeter(self.world.ledger)
         self.ended = False

@@ -64,7 +64,7 @@ def evaluate(
     Args:
         settings: What to run.
         folder: Stores finished episodes at once, and supplies those of an earlier run.
-        jobs: Worker processes of this machine. The results do not depend on it, nor on the next argument and the last.
+        jobs: Worker processes of this machine. The results do not depend on it, on `executor` or on `grid_block`.
         executor: Replaces the worker processes, such as a `DaskExecutor`.
         progress: Called with the number of episodes just finished or found.
         grid_block: Episodes to run at once in the grid.
@@ -121,9 +121,9 @@ def sum_up(settings: Settings, parts: Sequence[Tables]) -> Evaluation:
 
 @functools.lru_cache(maxsize=1)  # called before a folder is made, and again by `evaluate`
 def try_all(settings: Settings) -> None:
-    """Raise CaregiverError unless all caregivers, policies and children can be made, before hours are spent.
+    """Raise CaregiverError, before hours are spent, unless all caregivers, policies and children can be made.
 
-    A caregiver of the package takes milliseconds. A policy of the robot's actions takes a second, in the first house.
+    A caregiver of the package takes milliseconds, a policy of the robot's actions a second, in the first house.
     """
     for plan in settings.plans:
         for family in settings.families:
@@ -164,7 +164,7 @@ def tables_of(settings: Settings, block: Block, result: Result) -> Tables:
 
 
 def belongs(settings: Settings, block: Block, result: Result) -> bool:
-    """Return whether a result found in a folder is of this block: it has all rows, and a map for each family."""
+    """Return whether a result from a folder belongs to this block: it has all rows, and a map for each family."""
     plan = settings.house_of(block)
     try:
         found = [tuple(row[key] for key in _WHICH) for row in result["rows"]]
@@ -189,7 +189,7 @@ def belongs(settings: Settings, block: Block, result: Result) -> bool:
 
 
 def _fits(value: Any, kind: str) -> bool:
-    """Whether a value fits a column's type; numbers must be finite and not negative."""
+    """Return whether a value fits a column's type; numbers must be finite and not negative."""
     if kind == "str":
         return isinstance(value, str)
     if kind == "list[float]":

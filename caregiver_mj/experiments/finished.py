@@ -26,7 +26,7 @@ from caregiver_mj.recording.record import MEASURES
 
 SCORE = ("score", "score_ci_low", "score_ci_high")
 _WHICH = ("world", "house", "caregiver", "family", "epsilon", "episode", "seed")
-_MEASURED = ("damage", "timesteps_to_threshold", "cells_visited", "toys_reached")  # by all versions
+_MEASURED = ("damage", "timesteps_to_threshold", "cells_visited", "toys_reached")  # columns of all versions
 # Keys that may differ between pooled runs, or follow from others.
 _EACH = ("seed", "episodes", "extended_at", "pooled", "file", "epsilons")
 _PAIR = ["house", "family", "seed"]  # equal in two episodes with the same children
@@ -38,7 +38,7 @@ _FILES = {  # of a finished run, with the message where one is missing
     "episodes.parquet": f"the run in '{{}}' has no episodes.parquet: {_ANEW}",
     "maps.parquet": "the run in '{}' has no maps.parquet: run it again",
 }
-_NUMBER = 8  # bytes of a number in a table
+_NUMBER = 8  # bytes a number in a table
 _LONGEST_REASON = 300  # characters quoted from a library's error
 _NOT_SETTINGS = ("epsilons", "extended_at", "file", "houses")  # derived keys, or without effect on rows
 
@@ -56,13 +56,13 @@ class Finished:
 
     @property
     def seeds(self) -> list[tuple[int, int]]:
-        """(seed, episodes) of the run, or of each of the pooled runs."""
+        """Pair (seed, episodes) of the run, or of each pooled run."""
         pooled = self.record.get("pooled") or [[self.settings.seed, self.settings.episodes]]
         return [(int(seed), int(episodes)) for seed, episodes in pooled]
 
     @property
     def verdicts(self) -> list[dict[str, Any]]:
-        """Whether each caregiver that acts does harm, judged anew because older runs lack verdicts."""
+        """Verdicts of harm on each caregiver that acts, judged anew because older runs lack them."""
         once = self.episodes.drop_duplicates([*_PAIR, "caregiver"])  # episodes of one seed are equal
         return judge(once, self.summary["harm"], self.summary["comparisons"])
 
@@ -160,12 +160,12 @@ def _words(error: Exception) -> str:
 
 
 def _who(found: Finished) -> set[tuple[str, str]]:
-    """Every caregiver with every family of the run."""
+    """Return every pair of a caregiver and a family of the run."""
     return {(caregiver, str(family)) for caregiver in found.settings.caregivers for family in found.settings.families}
 
 
 def _foreign_episodes(found: Finished) -> bool:
-    """Whether the episodes are not those of the run."""
+    """Return whether the episodes belong to another run."""
     episodes, settings = found.episodes, found.settings
     if not {*_WHICH, *_MEASURED} <= set(episodes) or len({*map(str, episodes["world"])} - {settings.world}):
         return True
@@ -186,7 +186,7 @@ def _foreign_episodes(found: Finished) -> bool:
 
 
 def _foreign_maps(found: Finished) -> bool:
-    """Whether the maps are not those of the run."""
+    """Return whether the maps belong to another run."""
     maps = found.maps
     texts = ["world", "house", "caregiver", "family"]
     if not {*texts, "row", "column", "visits", "damage"} <= set(maps):
@@ -205,7 +205,7 @@ def _foreign_maps(found: Finished) -> bool:
 
 
 def _foreign_summary(found: Finished) -> bool:
-    """Whether the summary is not that of the run; ValueError if a number of it is none."""
+    """Return whether the summary belongs to another run; raise ValueError for an invalid number."""
     summary, wanted = found.summary, _who(found)
     check_kind("versions", summary["versions"], dict)
     against = [row for row in summary["comparisons"] if row.get("baseline") == "none"]
@@ -260,7 +260,7 @@ def best_rescue(run: Finished, caregiver: str) -> tuple[FloorPlan, ChildGroup, i
 
 
 def pool_runs(runs: Sequence[Finished], out: str | os.PathLike[str]) -> dict[str, Any]:
-    """Write a folder with the episodes of all runs, run after run; each episode keeps its seed.
+    """Write the episodes of all runs into one folder, run after run; each episode keeps its seed.
 
     The runs must have the same settings and versions, and different seeds, in any order.
 
@@ -305,14 +305,14 @@ def _in_any_order(record: dict[str, Any]) -> dict[str, Any]:
 
 
 def compare_runs(first: Finished, second: Finished, caregivers: Sequence[str] = ()) -> dict[str, Any]:
-    """Compare the second run with the first, in the episodes that both have.
+    """Compare the second run with the first, in their common episodes.
 
-    `caregivers` names that of the first run and that of the second, or one for both; none means all that both have.
+    `caregivers` names one caregiver of each run, or one for both; an empty list means all common ones.
 
     Returns:
         As JSON: `rows`, for each caregiver and family the mean damage `first` and `second`, and the columns of
-        `statistics.comparison_rows` of the second against the first; `verdicts`, whether these caregivers do harm in
-        all episodes of their own run (`run`, first or second); `settings`, those that differ.
+        `statistics.comparison_rows` of the second against the first; `verdicts` of harm by these caregivers in all
+        episodes of their own run (`run`, first or second); the `settings` that differ.
 
     Raises:
         CaregiverError: The runs differ in world or house, lack a caregiver, or have no episode in common.

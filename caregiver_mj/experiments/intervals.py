@@ -25,7 +25,7 @@ import numpy as np
 
 TELLING = 4  # units other than zero; with fewer, more than 2.5 % of resamples (e^-3) miss them all, and bound nothing
 EXACT = 1e-24  # relative square of a rounding error
-TOO_FEW = "too few episodes for an interval"  # if they bound nothing
+TOO_FEW = "too few episodes for an interval"  # shown for a sample that bounds nothing
 _BLOCK = 2_000_000  # numbers at once, 16 MB
 Value = TypeVar("Value")  # a number for one sample, an array (columns,) for several
 CONFIDENCE = 0.95
@@ -63,8 +63,8 @@ def of_difference(ours: np.ndarray, theirs: np.ndarray) -> Estimate[Any]:
 def of_ratio(ours: np.ndarray, theirs: np.ndarray, least: float = 0.0) -> Estimate[Any]:
     """Return the mean of ours over that of theirs, such as damage left, over paired samples (n,) or (n, columns).
 
-    Where the mean of theirs is not above zero there is no ratio. Where ours are all zero, the ratio is 0 and has no
-    upper bound. Where all pairs have the same ratio, and at least four of them have any, the interval has no width.
+    Without a mean of theirs above zero there is no ratio. If ours are all zero, the ratio is 0 and has no upper bound.
+    If all pairs have the same ratio, and at least four have one, the interval has no width.
 
     Args:
         ours: The numerators.
@@ -128,13 +128,13 @@ def _bounds(above: np.ndarray, below: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def _columns(data: np.ndarray) -> np.ndarray:
-    """Samples as (columns, n)."""
+    """Return samples as (columns, n)."""
     data = np.asarray(data, float)
     return data[None] if data.ndim == 1 else np.ascontiguousarray(data.T)
 
 
 def _shaped(value: np.ndarray, low: np.ndarray, high: np.ndarray, dimensions: int) -> Estimate[Any]:
-    """Return numbers for a single sample."""
+    """Return an estimate, of numbers for a single sample."""
     if dimensions > 1:
         return Estimate(value, low, high)
     return Estimate(float(value[0]), float(low[0]), float(high[0]))
@@ -201,9 +201,9 @@ def quantiles(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def solve(above: np.ndarray, below: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the ends of the ratios R with low <= t(R) <= high, by two quantiles of t, (columns,) all.
 
-    The samples of numerator and denominator are (columns, n). Ends are infinite where these give none. If the
-    denominator may be zero, large and negative ratios are possible; the lower end then is that of ratios from zero on,
-    provided that the ratio of the sample is not negative.
+    The samples of numerator and denominator are (columns, n). Ends are infinite where the quantiles give none. If the
+    denominator may be zero, large and negative ratios are possible. The lower end then bounds the ratios from zero on,
+    unless the sample's ratio is negative.
     """
     size = above.shape[-1]
     x, y = below.mean(-1), above.mean(-1)

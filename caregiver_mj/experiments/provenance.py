@@ -22,9 +22,9 @@ from caregiver_mj.children.child_group import CHILDREN, ChildGroup, ChildSpec
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.tasks import TASKS
 
-_DIGITS = 16  # of a hash; plenty to distinguish versions
+_DIGITS = 16  # digits of a hash, plenty to distinguish versions
 OWN = __name__.partition(".")[0]  # name of the package
-_INSTALLED = ("site-packages", "dist-packages")  # folders in which neighbours of a module do not belong to it
+_INSTALLED = ("site-packages", "dist-packages")  # folders whose modules do not belong together
 _PLACES = (OWN, f"{OWN}.tasks", f"{OWN}.models")  # separate folders in a checkout
 _EPISODES = (f"{OWN}.experiments.runner", f"{OWN}.caregivers")  # run the episodes of an evaluation
 _MODELS = (".txt", ".xml")  # suffixes of model files that can change results
@@ -53,9 +53,9 @@ def origins(caregivers: Iterable[str], families: Iterable[ChildGroup], embodimen
 def origin(found: Any) -> str:
     """Return the distribution and version of a foreign class or function, or its file, and a hash; "" for our own.
 
-    The hash covers its module, all source files of that module's package, and what these import from beside it, also
-    from folders without an `__init__.py`. Further files, such as weights, can be named in an attribute `files`: a path
-    or several, relative to the folder of the module. One that cannot be read raises CaregiverError.
+    The hash covers its module, all source files of that module's package, and their imports from the folder beside it,
+    also from packages without an `__init__.py`. An attribute `files` can name further files, such as weights: a path or
+    several, relative to the folder of the module. An unreadable one raises CaregiverError.
     """
     name = getattr(found, "__module__", None) or type(found).__module__
     root = name.partition(".")[0]
@@ -132,7 +132,7 @@ _distributions = functools.cache(importlib.metadata.packages_distributions)
 def fingerprint() -> dict[str, str]:
     """Return versions and a digest of all files, which must be equal on every machine of a run.
 
-    The digest tells a checkout from a release of the same version.
+    The digest distinguishes a checkout from a release of the same version.
     """
     return {**versions(), "source": _digest({name: path.read_bytes() for name, path in _package_files().items()})}
 
@@ -146,10 +146,10 @@ def difference(found: Mapping[str, str | None], wanted: Mapping[str, str]) -> st
 
 @functools.cache
 def source_digest(world: str = "house", modules: tuple[str, ...] = ()) -> str:
-    """Return a digest of the code that decides an episode, the same whatever its comments and docstrings say.
+    """Return a digest of the code that decides an episode, without comments and docstrings.
 
-    It is that of `experiments.runner`, the caregivers, further `modules` by full name, all their imports at any level,
-    and in the house the models. Files of the robot and of the physical house do not affect the grid.
+    It covers `experiments.runner`, the caregivers, further `modules` by full name, all their imports at any level, and
+    in the house the models. In the grid it leaves out the robot and the physical house.
     """
     found = {name: path for name, path in _package_files().items() if path.suffix in _MODELS and world != "grid"}
     if world != "grid":

@@ -156,7 +156,7 @@ def read_json(path: pathlib.Path) -> Any:
 
 
 class _Lock:
-    """Keeps other processes out of a folder for its lifetime; raises BlockingIOError if another one does so."""
+    """Locks a folder for its lifetime; raises BlockingIOError if another process has locked it."""
 
     def __init__(self, folder: pathlib.Path):
         self._file = open(folder / ".lock", "ab")  # noqa: SIM115 (open for as long as the lock is held)
@@ -176,7 +176,7 @@ _locks: weakref.WeakValueDictionary[pathlib.Path, _Lock] = weakref.WeakValueDict
 
 
 def _lock(folder: pathlib.Path) -> _Lock:
-    """Return this process's lock of a folder, shared by all its runs there."""
+    """Return this process's lock of a folder, which all its runs there share."""
     path = folder.resolve()
     if (lock := _locks.get(path)) is None:
         try:

@@ -42,8 +42,8 @@ class DivergenceError(CaregiverError):
 class HouseRollout(Rollout):
     """An episode in the house, control step by control step, in an environment of `caregiver_mj.tasks.load`.
 
-    It has the same states as `env.step` with the same actions, and makes only those time steps that somebody reads.
-    Baselines have no policy, nor has an episode whose actions come from outside.
+    It has the same states as `env.step` with the same actions, but makes only the time steps that are read. Baselines,
+    and episodes with actions from outside, have no policy.
     """
 
     action: Any  #: the policy's answer to the last time step, zeros without a policy; None at the end of the episode
@@ -59,7 +59,7 @@ class HouseRollout(Rollout):
         self._nothing = np.zeros(env.action_spec().shape)
         seconds = env.control_timestep()
         self._substeps, self._length = round(seconds / env.physics.timestep()), env.task.time_limit / seconds
-        # A user's task may count on being asked for each time step, in the order of `env.step`.
+        # A user's task may rely on a call for each time step, in the order of `env.step`.
         answers = (env.task.get_reward, env.task.get_observation, env.task.get_termination)
         self._asks = any(not answer.__module__.startswith("caregiver_mj.") for answer in answers)
         self._timestep: dm_env.TimeStep | None = None
@@ -182,7 +182,7 @@ def make_grid(specs: Sequence[EpisodeSpec], answers: str = "") -> GridWorld:
 
 @contextlib.contextmanager
 def keep_answers(rollout: Any) -> Iterator[Callable[[], str]]:
-    """Record a caregiver's answers, or the actions of another policy, and yield what returns them as text."""
+    """Record a caregiver's answers, or the actions of another policy; yield a function that returns them as text."""
     actions: list[np.ndarray] = []
 
     def note(house: HouseRollout) -> None:
@@ -204,7 +204,7 @@ class Outcome(NamedTuple):
 
     measured: list[dict[str, Any]]  # measures of each episode, by column
     visits: np.ndarray  # timesteps that children ended in each free cell, (episodes, free cells)
-    damage: np.ndarray  # damage that they took there, (episodes, free cells)
+    damage: np.ndarray  # damage to children there, (episodes, free cells)
     answers: str  # the caregiver's answers, for a replay
 
 

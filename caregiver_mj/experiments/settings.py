@@ -28,9 +28,9 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
 
 EPSILONS = child_model.EPSILONS[::-1]  # the paper's five novices
-GRID_BLOCK = 1000  # episodes at once: enough to be fast, and a few seconds of work to lose
+GRID_BLOCK = 1000  # episodes at once: enough to be fast, and few seconds of work lost with a block
 MOST_ROWS = 10_000_000  # episodes of a run; more do not fit into memory
-_MOST_FAMILIES = 10  # in a block, whose name lists them
+_MOST_FAMILIES = 10  # families of a block, whose name lists them
 _LONGEST_NAME, _LONGEST_LIST = 500, 100_000  # characters of a name, and of the name of a set of houses
 
 

@@ -31,7 +31,7 @@ from caregiver_mj.tasks import TASKS
 WORLDS = ("house", "grid")
 SUPERVISE = "supervise"  # the task of an evaluation
 BARE_TABLES = "floor"  # bare-tables baseline: damage that no caregiver can prevent
-NOBODY = ("none", BARE_TABLES)  # baselines, in the place of a caregiver
+NOBODY = ("none", BARE_TABLES)  # baselines without a caregiver
 
 
 # Arguments of a task with their own fields.
@@ -49,11 +49,11 @@ _USUAL: dict[str, Any] = {
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Conditions:
-    """The conditions that all episodes of a run share, beside world and seed."""
+    """The conditions common to all episodes of a run, beside world and seed."""
 
     embodiment: str = DEFAULT  #: name of the robot in the house
     sight: str = "all"  #: what the caregivers see, as `plans.visibility.Sight.of` takes it
-    child_speed: float = WALKING_SPEED  #: m/s, at which the children walk: by default the paper's 1.6 km/h
+    child_speed: float = WALKING_SPEED  #: m/s; speed of walking children, by default the paper's 1.6 km/h
     task: str = SUPERVISE  #: one of `ALL_TASKS`, or `targets`
     #: further arguments of the task in the house, as `load` takes them, such as `sensing`, `control_timestep` and
     #: `time_limit`: a dictionary, stored as JSON

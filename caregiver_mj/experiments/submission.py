@@ -1,7 +1,7 @@
 """A run as one file that others can verify: its settings, its rows, and the caregivers' answers.
 
-Verification replays the answers without a caregiver; every row must come back bit for bit. This proves the results of
-the answers, and not how they were found: a caregiver could have known the children's goals.
+Verification replays the answers without a caregiver; every row must be equal bit for bit. This proves the results of
+the answers, not their origin: a caregiver could have known the children's goals.
 """
 
 from __future__ import annotations
@@ -167,7 +167,7 @@ def _read(path: pathlib.Path, packed: zipfile.ZipFile, trust: bool) -> Submissio
     check_kind(_SUMS, sums, dict)
 
     def read(name: str) -> Any:
-        """Return the content of a file; the texts of all at once would take too much memory."""
+        """Return the content of a file; all texts at once would take too much memory."""
         text = packed.read(name)
         if sums.get(name) != _digest(text):
             raise ValueError("its checksums are not those of its content")
@@ -286,7 +286,7 @@ def check_comparable(submission: Submission) -> Submission:
 
 
 def board(verified: Sequence[tuple[Submission, pd.DataFrame]]) -> str:
-    """Return the leaderboard in Markdown: the damage that caregivers of verified files leave, by track.
+    """Return the leaderboard in Markdown: the damage left by caregivers of verified files, by track.
 
     Runs of one track differ in the caregiver only. All must pass `check_comparable`.
     """

@@ -20,7 +20,7 @@ MARGINS = {
 
 _EXACT_PAIRS = 20  # up to this number all 2^20 signs are tried
 _MOST, _LEAST = 50_000, 2_000  # draws of signs: fewer for many pairs, whose p is clear anyway
-_SIGNS = 10_000_000  # of all pairs together, within these bounds
+_SIGNS = 10_000_000  # signs of all pairs together, within these bounds
 _BLOCK = 2_000_000  # signs at once
 _TIE = 1e-9  # relative; sums that differ by less are equal but for rounding
 LEVEL = round(1 - CONFIDENCE, 12)  # significance level of tests

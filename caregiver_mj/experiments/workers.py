@@ -77,7 +77,7 @@ def run_jobs(
 
 
 def _take(waiting: collections.deque[Job], busy: Iterable[_Worker], last: Job | None = None) -> Job:
-    """Take the next job in the house of a worker's last one, whose tables it has; else in a house without workers."""
+    """Take the next job in the house of a worker's last job, whose tables it has; else in a house without workers."""
     mine, *others = (getattr(job, "house", None) for job in (last, *(worker.job for worker in busy)))
     same = (job for job in waiting if getattr(job, "house", None) == mine)
     new = (job for job in waiting if getattr(job, "house", None) not in others)
@@ -87,7 +87,7 @@ def _take(waiting: collections.deque[Job], busy: Iterable[_Worker], last: Job | 
 
 
 def attempt(function: Callable[[Job], Result], job: Job) -> tuple[str | None, Result | None]:
-    """Run a job in a worker; return its error as text, which needs no class to unpickle, or its result."""
+    """Run a job in a worker; return its result, or its error as text, which unpickles without the error's class."""
     try:
         return None, function(job)
     except CaregiverError as error:
@@ -106,7 +106,7 @@ class _Worker:
             self.connection, theirs = context.Pipe()
             self.process = context.Process(target=_serve, args=(function, theirs), daemon=True)
             self.process.start()
-        except OSError as error:  # no more processes, or open files, are allowed
+        except OSError as error:  # too many processes or open files
             raise WorkerError(f"no worker process can be started: {error.strerror}; use --jobs 1") from None
         theirs.close()  # so that the worker's death closes the pipe
         self.job: Any = None
