@@ -31,9 +31,9 @@ class Pose(NamedTuple):
     """The pose of a free camera, which is not one of the model's."""
 
     place: tuple[float, float, float]  # m; point in the middle of the picture
-    distance: float  # m from there
-    elevation: float  # rad below the horizon
-    azimuth: float = math.pi / 2  # rad from x to the direction of view; by default to the north
+    distance: float  # m; distance from that point
+    elevation: float  # rad; angle of the view below the horizon
+    azimuth: float = math.pi / 2  # rad; angle from x to the direction of view, by default to the north
 
     @property
     def axes(self) -> np.ndarray:
@@ -43,7 +43,7 @@ class Pose(NamedTuple):
 
     @property
     def eye(self) -> np.ndarray:
-        """Where the camera is, (3,), m."""
+        """Position of the camera, (3,), m."""
         return self.place - self.distance * self.axes[:, 2]
 
 
@@ -111,7 +111,7 @@ class Camera:
         return boxes
 
     def pixel(self, point: Sequence[float]) -> tuple[float, float] | None:
-        """Return where a point (3,), m, is in the picture, from the left and top; None if it is outside."""
+        """Return the pixel of a point (3,), m, from the left and top; None if it is outside the picture."""
         eye, axes = self._eye()
         right, down, ahead = ((np.asarray(point) - eye) @ axes).tolist()
         if ahead < _NEAREST:

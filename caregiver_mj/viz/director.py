@@ -1,4 +1,4 @@
-"""Where the cameras of a film are: one that the house fills, one close to those whom it is about, one at the hand."""
+"""The cameras of a film: an overview that the house fills, a close shot of the actors, and a shot of the hand."""
 
 from __future__ import annotations
 
@@ -16,42 +16,42 @@ from caregiver_mj.viz.cameras import FOVY, HIDDEN, Pose
 from caregiver_mj.viz.moment import HudState, place_of
 
 _TANGENT = math.tan(math.radians(FOVY) / 2)
-_STEEP = math.radians(60.0)  # below the horizon: lines of sight pass over low walls
-_ALONG_STEEP = math.radians(70.0)  # of a long house, where children walk right behind walls
-_CLOSE_STEEP, _STEEPEST = 52, 85  # degrees, of a close shot: as a rule, and at most, where somebody would be hidden
+_STEEP = math.radians(60.0)  # rad below the horizon; lines of sight pass over low walls
+_ALONG_STEEP = math.radians(70.0)  # rad; the same in a long house, whose children walk close behind walls
+_CLOSE_STEEP, _STEEPEST = 52, 85  # degrees; the same of a close shot: usual, and greatest to see over screens
 _MARGIN = 1.03  # size of a picture relative to that of the house
-_COLUMNS = 0.52, 0.47, 0.42, 0.37, 0.32, 0.29, 0.26, 0.23, 0.20  # shares of the width that may be left beside the house
-_ROWS = 0.60, 0.55, 0.50, 0.45, 0.40  # shares of the height that may be left below a long one
-_WORTH = 1.08  # times as small a house for a wider column, or a higher row
-_TALL = 1.4  # metres, of what stands along the northern walls
-_AROUND, _TOP = 0.45, 1.2  # metres: half of the space of each of those in a close shot, and its height, the robot's
-_NEAREST, _FARTHEST = 3.4, 9.0  # metres off, of a close shot
-_LOOK_HEIGHT = 0.35  # metres: the middle of a close shot
-# Metres above the floor of what no wall may hide: three quarters of a child, and half of its width; and above where a
-# hazard stands.
+_COLUMNS = 0.52, 0.47, 0.42, 0.37, 0.32, 0.29, 0.26, 0.23, 0.20  # candidate shares of the width beside the house
+_ROWS = 0.60, 0.55, 0.50, 0.45, 0.40  # candidate shares of the height below a long house
+_WORTH = 1.08  # factor by which the house may be smaller for a wider column, or a higher row
+_TALL = 1.4  # m; height of things along the northern walls
+_AROUND, _TOP = 0.45, 1.2  # m; half width, and height, the robot's, of the space of each actor in a close shot
+_NEAREST, _FARTHEST = 3.4, 9.0  # m; distances of the camera in a close shot
+_LOOK_HEIGHT = 0.35  # m; height of the middle of a close shot
+# m; height from which on a child must be visible, three quarters of it; half of a child's width; height of the visible
+# point above a hazard.
 _LOW, _HALF, _RAISED = 0.20, 0.12, 0.05
-# Metres from the child within which the robot and its hazard, or another hazard, are in the close shot.
+# m; distance from the child within which the robot and its hazard, or another hazard, are in the close shot.
 _PARTNER, _HAZARD = 4.0, 2.5
-# Metres that are cut and not panned; seconds after which two thirds of a pan are done, and of a rise, before which
-# somebody would be hidden.
+# m; distance beyond which the camera cuts and does not pan. s; time constants of a pan, and of a rise, which must be
+# faster because screens hide somebody until its end.
 _CUT, _EASE, _RISE = 2.5, 0.5, 0.2
-_AT_HAND = 0.55  # metres between the fingers and a thing within which the hand works on it
-_STANDS = 0.08  # m/s, at most
-# Metres from a thing, and radians below the horizon and from the arm, of a shot of the hand.
+_AT_HAND = 0.55  # m; distance of the fingers from a thing below which the hand works on it
+_STANDS = 0.08  # m/s; speed up to which the base stands
+# Camera in a shot of the hand: m from the thing; rad below the horizon, and from the arm's direction.
 _FROM_HAND, _DOWN_ON_HAND, _ASIDE = 1.2, math.radians(35.0), math.radians(75.0)
-_LINGERS = 1.0  # seconds that it stays when the work is done, as robots are fast, with the hand in sight
+_LINGERS = 1.0  # s; time for which the shot stays after the work, which is short, while the hand is in sight
 
 
 class Overview(NamedTuple):
-    """Where a house is as large as it can be in a picture, with room beside or below it, pixels."""
+    """A view of a house, nearly as large as possible, with room beside or below it for insets."""
 
-    pose: Pose  # for the picture without the row
-    column: int  # on its right, as high as the picture
-    row: int  # below it; one of both is 0
+    pose: Pose  # of the camera, for the picture without the row
+    column: int  # pixels; width of the room to the right of the house, as high as the picture
+    row: int  # pixels; height of the room below it; either column or row is 0
 
 
 def overview(plan: FloorPlan, width: int, height: int) -> Overview:
-    """Return the overview of a house in a picture of a size in pixels; a long house has the room below it."""
+    """Return the overview of a house in a picture of a size in pixels; below a long house there is a row."""
     half_y, half_x = np.array(plan.shape) * plan.cell_size / 2
     corners = np.array(np.meshgrid([-half_x, half_x], [-half_y, half_y], [0, WALL_HEIGHT])).reshape(3, -1).T
     corners = np.append(corners, [(-half_x, half_y, _TALL), (half_x, half_y, _TALL)], axis=0)
@@ -60,7 +60,7 @@ def overview(plan: FloorPlan, width: int, height: int) -> Overview:
     below = [Overview(_fit(corners, width / (height - row), 0.0, _ALONG_STEEP), 0, row) for row in rows]
 
     def size(view: Overview) -> float:
-        """Return the size of the house, but for a factor."""
+        """Return the size of the house, up to a common factor."""
         return (height - view.row) / view.pose.distance
 
     views = max(beside, below, key=lambda views: max(map(size, views)))
@@ -69,29 +69,29 @@ def overview(plan: FloorPlan, width: int, height: int) -> Overview:
 
 
 def _fit(corners: np.ndarray, aspect: float, column: float, steep: float = _STEEP) -> Pose:
-    """Return the nearest pose that has all corners (n, 3) in a picture, left of a column with a share of its width."""
+    """Return the nearest pose with all corners (n, 3) in the picture, left of a column with a share of its width."""
     axes, high = Pose((0.0, 0.0, 0.0), 0.0, steep).axes, _TANGENT / _MARGIN
     eye = nearest_eye(corners, axes, (high * aspect, high * aspect * (1 - 2 * column)), high)
-    far = -eye[2] / axes[2, 2]  # to the floor
+    far = -eye[2] / axes[2, 2]  # m; distance of the floor
     x, y, z = (eye + far * axes[:, 2]).tolist()
     return Pose((x, y, z), far, steep)
 
 
 class CloseShot:
-    """Follows those whom the film is about: a child, the robot near it, and the hazard between them.
+    """A close shot that follows the actors: a child, the robot near it, and the hazard between them.
 
-    It looks down as steeply as it must for nothing of `screens`, boxes as of that function, to hide them, and keeps
-    them left of a column with a share of the picture's width.
+    The camera looks down as steeply as necessary to see them over `screens`, see that function, and keeps them left of
+    a column with a share of the picture's width.
     """
 
     def __init__(self, aspect: float, fps: float, screens: np.ndarray, column: float = 0.0):
         self._aspect, self._screens = aspect, screens
         self._pan, self._rise = _share_in_frame(fps, _EASE), _share_in_frame(fps, _RISE)
         self._column = column
-        self._now: np.ndarray | None = None  # x, y and distance, metres, and elevation, radians
+        self._now: np.ndarray | None = None  # x, y and distance, m, and elevation, rad
 
     def follow(self, state: HudState) -> Pose:
-        """Return where the camera is in the next frame."""
+        """Return the camera's pose in the next frame."""
         wanted = clear_pose(cast(state), self._aspect, self._screens, self._column)
         aim = np.array([*wanted.place[:2], wanted.distance, wanted.elevation])
         if self._now is None or math.dist(self._now[:2], aim[:2]) > _CUT:
@@ -103,12 +103,12 @@ class CloseShot:
 
 
 def _share_in_frame(fps: float, seconds: float) -> float:
-    """Return the share of the way to its aim that a camera moves in a frame, with a time constant."""
+    """Return the share of the way to its aim that a camera moves in a frame, with a time constant in s."""
     return 1.0 - math.exp(-1.0 / (fps * seconds))
 
 
 def screens(physics: Physics) -> np.ndarray:
-    """Return boxes (n, 2, 3) around all that stands still in a house and can hide somebody: corners in metres."""
+    """Return boxes around all opaque things that stand still in a house: two opposite corners, (n, 2, 3), m."""
     model, data = physics.model.ptr, physics.data.ptr
     still = np.flatnonzero((model.geom_bodyid == 0) & (model.geom_group < HIDDEN) & (model.geom_rgba[:, 3] == 1))
     centre, half = np.split(model.geom_aabb[still], 2, axis=1)
@@ -119,9 +119,9 @@ def screens(physics: Physics) -> np.ndarray:
 
 
 def clear_pose(points: np.ndarray, aspect: float, screens: np.ndarray, column: float = 0.0) -> Pose:
-    """Return the least steep close pose from which no screen (n, 2, 3) hides a point; else one that hides fewest.
+    """Return the least steep close pose from which no screen (n, 2, 3) hides a point, or the fewest are hidden.
 
-    The points are in metres, (n, 3), those of `cast`.
+    The points are those of `cast`, (n, 3), m; the child's count most.
     """
     worth = np.ones(len(points))
     worth[:2] = len(points)
@@ -140,7 +140,7 @@ def clear_pose(points: np.ndarray, aspect: float, screens: np.ndarray, column: f
 
 
 def hidden(points: np.ndarray, eye: np.ndarray, screens: np.ndarray) -> np.ndarray:
-    """Return whether boxes (n, 2, 3) are between points (k, 3) and an eye (3,), bool (k,); one around it hides none."""
+    """Return whether boxes (n, 2, 3) hide points (k, 3) from an eye (3,), bool (k,); a box around a point does not."""
     ray = eye - points
     with np.errstate(divide="ignore", invalid="ignore"):  # along a face: an infinite share of the way, or no number
         ends = (screens - points[:, None, None]) / ray[:, None, None]  # (k, n, 2, 3)
@@ -156,10 +156,10 @@ def close_pose(
     elevation: float = math.radians(_CLOSE_STEEP),
     column: float = 0.0,
 ) -> Pose:
-    """Return where a camera is close to all those at some points on the floor (n, 2), and looks along an azimuth.
+    """Return the pose of a camera close to points on the floor (n, 2), m, that looks along an azimuth.
 
-    Each has a space of `around` metres to every side, left of a column with a share of the width. The elevation is
-    below the horizon; angles are in radians.
+    Each point has a space of `around` m to every side, left of a column with a share of the width. The elevation is
+    below the horizon; angles are in rad.
     """
     axes = Pose((0.0, 0.0, 0.0), 0.0, elevation, azimuth).axes
     box = np.array(np.meshgrid([-around, around], [-around, around], [0.0, _TOP])).reshape(3, -1).T
@@ -171,16 +171,16 @@ def close_pose(
 
 
 class HandShot:
-    """Shows from one side what the hand does, from where nothing of `screens` hides it, and as sunny as it can be."""
+    """A shot of the hand at work, from the side that `screens` do not hide, or of two such sides the sunnier one."""
 
     def __init__(self, aspect: float, fps: float, screens: np.ndarray):
         self._distance = _FROM_HAND / min(1.0, aspect)
         self._pan, self._screens, self._lingers = _share_in_frame(fps, _EASE), screens, round(fps * _LINGERS)
-        self._left = 0  # frames
-        self._now = np.empty(0)  # x, y, z, metres, and azimuth, radians
+        self._left = 0  # frames until the shot ends
+        self._now = np.empty(0)  # x, y, z, m, and azimuth, rad
 
     def follow(self, state: HudState, physics: Physics) -> Pose | None:
-        """Return where the camera is in the next frame, or None if the hand does not work, see `hand_works`."""
+        """Return the camera's pose in the next frame; None unless the hand works, or just did, see `hand_works`."""
         pinch = np.empty(0) if state.robot is None else physics.pinch_position()
         if state.robot is None or not hand_works(state, pinch, physics.base_velocity()):
             gone = state.robot is None or (len(self._now) and math.dist(pinch[:2], self._now[:2]) > _AT_HAND)
@@ -206,7 +206,7 @@ class HandShot:
 
 
 def cast(state: HudState) -> np.ndarray:
-    """Return what is to be seen of those whom a moment is about, (n, 3), metres: first the two sides of a child."""
+    """Return the points to keep visible, (n, 3), m: two sides of a child, then the robot and a hazard if near it."""
     plan, robot = state.plan, state.robot
     target = None if state.target == NOTHING else place_of(plan, state.target, state.candles)
     near = target if target is not None else robot
@@ -225,10 +225,10 @@ def cast(state: HudState) -> np.ndarray:
 
 
 def hand_works(state: HudState, pinch: np.ndarray, base: np.ndarray) -> bool:
-    """Whether the hand is at a thing that the caregiver deals with, where that stands, and the base stands still.
+    """Return whether the hand works on the hazard under intervention, in its place, with the base at rest.
 
-    The fingertips are at (3,), metres; the base has a velocity (3,), m/s and rad/s. Of a gate a hand sees only bars.
-    A thing in the hand of a robot that waits on its way tells nothing.
+    The fingertips are at `pinch`, (3,), m; the base has a velocity (3,), m/s and rad/s. A gate does not count, because
+    only its bars would be visible. Neither does a candle in the hand of a robot that waits away from tables.
     """
     if state.target == NOTHING or math.hypot(*base[:2]) > _STANDS:
         return False

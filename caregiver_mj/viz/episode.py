@@ -15,16 +15,16 @@ from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.viz import moment
 from caregiver_mj.viz.moment import Forecast, HudState, Tile
 
-_LIFTED = 0.05  # m above its starting height from which a candle counts as in the robot's hand
+_LIFTED = 0.05  # m; rise above its starting height from which a candle counts as in the robot's hand
 
 
 class Episode:
     """A closed loop that runs up to a requested time; step for step as in an evaluation of its `spec`."""
 
     def __init__(self, spec: EpisodeSpec, foresees: bool = False, answers: str = "", cameras: Sequence[str] = ()):
-        """Begin an episode in the house; `foresees` if predictions are to be shown.
+        """Begin an episode in the house, with `foresees` to show predictions.
 
-        `answers` are the caregiver's earlier ones, to be replayed in its place; the house must have the `cameras`.
+        `answers` of an earlier run are replayed in the caregiver's place; the house must have the `cameras`.
 
         Raises:
             CaregiverError: The specification is invalid, the caregiver predicts nothing, or a camera is missing.

@@ -32,14 +32,14 @@ if TYPE_CHECKING:
     import pandas as pd  # for annotations only
 
 KINDS = {f"damage_{kind.name}": kind.at for kind in hazards.KINDS}
-_OF_THE_PAPER = 3  # number of kinds in the paper, the first ones; others are omitted if they do no damage
+_OF_THE_PAPER = 3  # number of the paper's kinds, the first ones; others are omitted if they do no damage
 _COLOURS = {f"damage_{kind.name}": kind.colour for kind in hazards.KINDS}
 _SERIES = ((colours.ROBOT, "o"), (colours.BIN, "s"), (colours.STAIRWELL, "^"), (colours.CANDLE, "v"))
 _OTHERS = ((colours.BIN, (0, (5, 1.5))), (colours.STAIRWELL, (0, (2, 1))), (colours.CANDLE, (0, (5, 1, 1, 1))))
 _HIGHEST = 2.0  # share; greatest end of the axis due to an interval
 _MOST = 2.0  # greatest share left on the axis of the houses; greater ones are drawn at its end
-_WIDTH = 0.37  # of a bar; a pair of bars takes twice that
-_ROW, _BARE_ROW = 0.2, 0.15  # inches for a caregiver, with points and without
+_WIDTH = 0.37  # width of a bar, where pairs have a distance of 1
+_ROW, _BARE_ROW = 0.2, 0.15  # inches; height of a caregiver's row, with points and without
 _MANY = 2000  # points; more are drawn as an image, to keep the file small
 _SPREAD = 0.32  # rows; greatest offset of a point from its caregiver's line
 _GOLDEN = 0.618034  # its multiples, modulo 1, are spread evenly

@@ -38,17 +38,17 @@ _TRAIL_SECONDS = 20.0  # s; length of the children's trails
 _LEAST_INSET = 60  # pixels; least height of a legible inset
 _WIDE = 1.5  # least ratio of width to height with room for insets beside the house
 _OVERVIEW, _FOLLOW = "overview", "follow"
-_SOMEWHERE = Pose((0.0, 0.0, 0.0), 1.0, 1.0)  # from where a close shot moves
-# Insets beside a large view: few, because they hide some of it, unless there is a row below the house, or a column with
-# a share of the width that is larger than `_ASIDE`.
-_HAND = "hand"  # from one side: in the view of the camera at the wrist, a thing in the hand hides all else
+_SOMEWHERE = Pose((0.0, 0.0, 0.0), 1.0, 1.0)  # pose of a close shot before its first frame
+# Insets beside a large view: few, because they hide some of it, unless there is a row below the house, or a column
+# beside it that is wider than `_ASIDE`, as a share of the width.
+_HAND = "hand"  # shot from one side: a thing in the hand hides all else from the wrist's camera
 _BESIDE = {_OVERVIEW: (), _FOLLOW: (_HAND,), "wrist": (AUTO,), "eye": (AUTO,)}
 _ASIDE = 1 / 3
 _CAPTIONS = {AUTO: "close up", _HAND: "hand"}
 _COLUMN = 0.23  # share of the width that a large close shot leaves to insets and plan
 _TAG_ABOVE = 0.35  # m; height of a hazard's name above it
-# Numbers of slices and stacks of round things, and side of the shadow map, pixels; greatest height of a picture of a
-# whole house with the coarse ones, pixels.
+# Slices and stacks of round things, and side of the shadow map, pixels. Pixels; greatest height of a picture from a
+# fixed camera with the coarse ones.
 _FINE, _COARSE, _COARSE_HEIGHT = (22, 8, 2048), (16, 6, 1024), 480
 _OPTIONS = (
     *("-preset", "veryfast", "-crf", "20", "-movflags", "+faststart"),
@@ -109,9 +109,9 @@ class Studio:
         size = width, self._main.shape[0]
         where: str | Pose = camera
         column = row = 0
-        if camera in (AUTO, _OVERVIEW) and self._is_wide:  # nearer than the model's own camera
+        if camera in (AUTO, _OVERVIEW) and self._is_wide:  # nearer to the house than the model's camera
             where, column, row = director.overview(episode.env.task.plan, *size)
-        elif camera == _FOLLOW:  # the model's own camera shows the child alone, and walls hide it
+        elif camera == _FOLLOW:  # the model's camera shows the child alone, and walls hide it
             where, column = _SOMEWHERE, round(_COLUMN * width) if self._is_wide else 0
         self._main = self._main[: size[1] - row]
         top = len(self._main) if row else 0
@@ -160,7 +160,7 @@ class Studio:
         return [name for name in self._insets if (name == _HAND) == (pose is not None)]
 
     def _point_out(self, picture: np.ndarray, camera: Camera, state: HudState) -> None:
-        """Put its name above the hazard under intervention, in a picture from above low walls."""
+        """Write the name of the hazard under intervention above it, in a picture of a free camera."""
         if state.target != NOTHING and camera.pose:
             x, y, z = (*place_of(state.plan, state.target, state.candles), 0.0)[:3]
             label = state.plan.hazards[state.target].label
@@ -186,7 +186,7 @@ def render_episode(
         path: The film, `FILE.mp4`, `FILE.gif` or `FILE.webp`.
         spec: The episode; always in the house, even if its world is the grid.
         seconds: Greatest length of the film.
-        start: Seconds of the episode before the film; None for where the caregiver prevents most damage.
+        start: Seconds of the episode before the film; None to film the stretch with most damage prevented.
         picture: Size, frame rate and camera.
         overlay: "danger" for the predicted places of the children and the hazards to them, on the floor; or None.
         still: Image to write of a telling moment, `FILE.png`: a child nearest to a candle in the robot's hand, or else
@@ -232,12 +232,12 @@ def render_episode(
 
 
 def rescue_start(spec: EpisodeSpec, answers: str, seconds: float) -> float:
-    """Return the second of an episode from which on a film shows where the caregiver prevents most damage.
+    """Return the start, s, of the film of an episode in which the caregiver prevents most damage.
 
-    It runs the episode, and that without a caregiver, and compares the damage in every stretch of so many seconds; of
-    equal ones it takes the middle, in which what happens is in the middle of the film.
+    This runs the episode with and without the caregiver, and compares the damage in every stretch of the film's length,
+    s. Of equal stretches it takes the middle one, in which the events are in the middle of the film.
     """
-    damage: list[list[float]] = []  # so far, at the end of every timestep
+    damage: list[list[float]] = []  # damage so far, at the end of every timestep
     for who, text in (("none", ""), (spec.caregiver, answers)):
         so_far = [0.0]
 

@@ -37,8 +37,8 @@ def draw(
     """Draw the display on a copy of a frame, uint8 (height, width, 3).
 
     Insets are smaller views with captions, along the right edge from the top; `inset_size` is their best size. The plan
-    is in the upper left corner. If a part of the frame is `free`, an inset and the plan are there, one below the other
-    or, in a wide one, side by side.
+    is in the upper left corner. A `free` part of the frame takes an inset and the plan instead, one below the other,
+    or side by side if it is wide.
     """
     height, width = frame.shape[:2]
     drawn, scale, chart = frame.copy(), Scale.of(height), _chart(state.plan, width, height)
@@ -47,7 +47,7 @@ def draw(
     top, edge = margin, width - margin
     if free:
         left, right = width - right, width - left
-        down = free[3] - margin - below  # at its lower end: it stays where it is when an inset comes
+        down = free[3] - margin - below  # at the lower end, where an inset does not displace it
         down -= _legend_height(scale) + scale.px(8) if state.forecast else 0
         if _is_row(free):
             down, top, edge = free[1], free[1] + margin, left - margin
@@ -110,7 +110,7 @@ def inset_size(width: int, height: int) -> tuple[int, int]:
 
 
 def free_inset_size(width: int, height: int, free: Box, plan: FloorPlan, legend: bool) -> tuple[int, int]:
-    """Return those of an inset in a free part of a frame, above or beside the plan and, on request, its legend."""
+    """Return the same of an inset in a free part of a frame, above or beside the plan and, on request, its legend."""
     scale = Scale.of(height)
     margin, (left, top, right, bottom) = scale.px(12), _chart(plan, width, height).box
     across, down = free[2] - free[0] - 2 * margin, strip_top(width, height) - free[1] - 2 * margin
@@ -122,7 +122,7 @@ def free_inset_size(width: int, height: int, free: Box, plan: FloorPlan, legend:
 
 
 def _is_row(free: Box) -> bool:
-    """Whether a part of a frame has room side by side."""
+    """Return whether a part of a frame is wider than high, for a layout side by side."""
     return free[2] - free[0] > free[3] - free[1]
 
 
@@ -131,7 +131,7 @@ def _draw_inset(image: Image.Image, caption: str, picture: np.ndarray, scale: Sc
     size, pad = scale.font(13), scale.px(8)
     canvas = ImageDraw.Draw(image)
     canvas.rectangle((0, 0, image.width - 1, image.height - 1), outline=GROUND, width=scale.px(2))
-    # On a ground of its own, with room for what hangs below the line.
+    # On a ground of its own, with room for descenders.
     canvas.rectangle((0, image.height - size - pad - 1, width_of(caption, size) + pad, image.height), GROUND)
     write(image, (pad // 2 + 1, image.height - pad), caption, size, TEXT)
 

@@ -32,8 +32,8 @@ Observation = Mapping[str, np.ndarray]
 _ABOVE = 0.5  # cells; height of a candle in the caregiver's hand above it, in the grid's drawing
 SOON = 5  # timesteps; horizon of predicted places; that of hazards is `percept.HORIZON`
 LEAST = 0.02  # least probability to draw
-_THICKNESS = 0.012  # m, of a tile; above rugs and thresholds
-_SIDE = 0.92  # of a tile, in cells
+_THICKNESS = 0.012  # m; thickness of a tile, above rugs and thresholds
+_SIDE = 0.92  # cells; side of a tile
 _PILLAR = 0.75  # m; height of the pillars on hazards, above the tables
 _DENSEST = 0.75  # opacity of a certain event
 
@@ -183,7 +183,7 @@ class Forecast:
     presence: np.ndarray  # probability of each child in each free cell within `SOON` timesteps, (K, free cells)
     # probability that any child runs into each hazard within `percept.HORIZON` timesteps, (hazards,)
     harm: np.ndarray
-    # probability that each is on its way to each toy bin, (K, bins); the rest is for other goals
+    # probability that each child is on its way to each toy bin, (K, bins); the rest is for other goals
     goal: np.ndarray
     epsilon: np.ndarray  # expected share of random moves of each, (K,)
 

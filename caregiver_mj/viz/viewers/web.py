@@ -138,7 +138,7 @@ def refusal(headers: Any, host: str) -> str:
 
 
 def _is_ours(name: str, host: str) -> bool:
-    """Whether a name belongs to a server at an address; an IP address always does."""
+    """Return whether a name belongs to a server at an address; an IP address always does."""
     if name in ("localhost", "127.0.0.1", "::1", host.lower()):
         return True
     if host not in ("", "0.0.0.0", "::"):
@@ -208,7 +208,7 @@ class WebScene:
             self._house.update_from_mjdata(episode.env.physics.data.ptr)
 
     def _add_tiles(self, opacity: float) -> viser.BatchedMeshHandle:
-        """Return the greatest number of tiles of an opacity, invisible."""
+        """Add as many tiles of an opacity as there can be, invisible."""
         nothing = np.zeros((self._room, 3), np.float32)
         cube = trimesh.creation.box(extents=(2.0, 2.0, 2.0))
         return self._server.scene.add_batched_meshes_simple(
@@ -233,7 +233,7 @@ class WebScene:
 
 
 def _kind(episode: Episode) -> tuple[Any, ...]:
-    """Return what a scene depends on: plan, number of children, and robot."""
+    """Return all that a scene depends on: plan, number of children, and robot."""
     task = episode.env.task
     return task.plan.text, len(task.family), task.has_robot, task.embodiment.name
 
