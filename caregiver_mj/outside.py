@@ -17,18 +17,18 @@ from collections.abc import Iterator
 from typing import Any, NoReturn
 
 MB = 10**6  # bytes
-LARGEST_SUBMISSION = 500 * MB  # packed; 10,000 episodes in the house have 100 MB
-LARGEST_UNPACKED = 2_000 * MB  # of a submission; 100,000 episodes in the grid have 300 MB
+LARGEST_SUBMISSION = 500 * MB  # packed size; 10,000 episodes in the house have 100 MB
+LARGEST_UNPACKED = 2_000 * MB  # unpacked size of a submission; 100,000 episodes in the grid have 300 MB
 LARGEST_RATIO = 200  # unpacked over packed size; JSON of equal rows reaches 40, zeros 1,000
-MOST_PARTS = 200_000  # files in a submission, one a block, each of which takes 1 kB of memory
-LARGEST_JSON = 32 * MB  # of a JSON text; a block of 1,000 episodes has 4 MB. Its objects may take 12 times the memory
+MOST_PARTS = 200_000  # files in a submission, one a block; each takes 1 kB of memory
+LARGEST_JSON = 32 * MB  # JSON text, whose objects may take 12 times the memory; a block of 1,000 episodes has 4 MB
 MOST_BRACKETS = 500_000  # lists and objects in a JSON text: "[]," of 3 bytes takes 64 in memory
-LARGEST_TABLE = 500 * MB  # of a parquet file; enough for the 10 million episodes that a run may have
+LARGEST_TABLE = 500 * MB  # parquet file; enough for the 10 million episodes of the largest run
 LARGEST_PIECE = 64 * MB  # unpacked size that is allowed for any file
-LARGEST_ARRAYS = 64 * MB  # of a caregiver's answers as arrays; those of 1,000 episodes have 8 MB
-MOST_NUMBERS = 10**7  # in one of these arrays, where a length of 0 counts as 1, because empty rows take memory, too
-LARGEST_PLAN = MB  # of a file with a floor plan
-MOST_CELLS = 10_000  # of a floor plan, 75 m x 75 m; ten times as many take 10 s and a hundred times the memory
+LARGEST_ARRAYS = 64 * MB  # a caregiver's answers as arrays; 1,000 episodes have 8 MB
+MOST_NUMBERS = 10**7  # numbers in one of these arrays; a length of 0 counts as 1, because empty rows take memory, too
+LARGEST_PLAN = MB  # file with a floor plan
+MOST_CELLS = 10_000  # cells of a floor plan, 75 m x 75 m; ten times as many take 10 s and a hundred times the memory
 LONGEST_LINE = 1_000  # characters of a message
 
 _TAG = re.compile(r"<(?=[A-Za-z/!?])")  # start of an HTML tag, unlike "< 5 %"

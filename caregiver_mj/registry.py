@@ -159,7 +159,7 @@ def check_call(what: str, found: Any, *given: Any) -> None:
 
 @contextlib.contextmanager
 def errors_of(what: str, where: str, but: type[Exception] = CaregiverError) -> Iterator[None]:
-    """Turn exceptions of foreign code, except `CaregiverError` and those in `but`, into one that names their place.
+    """Turn exceptions of foreign code, other than `CaregiverError` and `but`, into a CaregiverError with their place.
 
     Raises:
         CaregiverError: The code raised another exception, which is its cause.

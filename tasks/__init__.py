@@ -30,7 +30,7 @@ class TaskSpec:
 
     name: str  # for `load` and the command line
     kind: str | type[CareTask]  # its class, or `module:class`
-    version: int = 0  # of its Gymnasium environment
+    version: int = 0  # version of its Gymnasium environment
 
     @property
     def id(self) -> str:

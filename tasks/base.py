@@ -89,7 +89,7 @@ class Placement:
 
     def check(self, plan: FloorPlan) -> None:
         """Raise CaregiverError if an offset is out of range."""
-        room = max(0.0, plan.cell_size / 2 - layout.TABLE_HALF_SIZE)  # of a table in its cell, m
+        room = max(0.0, plan.cell_size / 2 - layout.TABLE_HALF_SIZE)  # m; room of a table in its cell
         check_number("candle_offset, in metres,", self.candle_offset, 0, layout.TABLE_HALF_SIZE)
         check_number("table_offset, in metres,", self.table_offset, 0, room)
 
@@ -110,8 +110,8 @@ class CareTask(control.Task):
         ledger: Counts of this episode, a batch of one, up to the last completed novice timestep; `damage` includes the
             present one.
         contacts: Counts of the robot's contacts with the children.
-        caregiver: Prepares the house, if it does so, before the children come in, as in the grid. A `CaregiverPolicy`
-            sets its own; None for no caregiver.
+        caregiver: Caregiver that may prepare the house before the children come in, as in the grid. A
+            `CaregiverPolicy` sets its own; None for no caregiver.
         observer: Makes the observations of the house.
         caregiver_seed: Seed of this episode for a random caregiver.
         embodiment: The robot.

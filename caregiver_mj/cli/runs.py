@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from caregiver_mj.experiments.submission import Submission
     from caregiver_mj.experiments.workers import Executor
 
-_TITLES = {  # of columns, and short forms
+_TITLES = {  # titles of columns, and short forms
     "damage": "damage", "normalised": "norm", "left": "left", "score": "score", "timesteps": "steps", "cells": "cells",
     "toys": "toys", "blocked": "block", "done": "done",
 }  # fmt: skip

@@ -46,7 +46,7 @@ class BatchVecEnv(VecEnv):
         if mode is not gymnasium.vector.AutoresetMode.NEXT_STEP:
             raise CaregiverError(f"autoreset_mode of the vector environment must be NEXT_STEP, got {mode}")
         self.env, self._listed = env, DictInfoToList(env)
-        self._infos: list[dict[str, Any]] = []  # of the last observations
+        self._infos: list[dict[str, Any]] = []  # infos of the last observations
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
 
     def reset(self) -> Any:

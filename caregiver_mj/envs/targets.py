@@ -120,8 +120,8 @@ def make_targets(
         options: `observation`, the kind of observation: "numbers", a dictionary; "flat", one array, in the order of
             that dictionary's keys; or "map" or "graph", a dictionary with a map or graph of the house. `slots`, the
             numbers of slots for stairwells, candles and, optionally, things on the floor, which give different houses
-            the same shapes; None for those of the house. `shape`, rows and columns of a map, or of the nodes of a
-            graph; None for those of the house.
+            the same shapes; None for the house's. `shape`, rows and columns of a map, or of the nodes of a graph; None
+            for the house's.
 
     Raises:
         CaregiverError: The world, observation, render mode, slots or shape are invalid; or as of `load`.

@@ -32,7 +32,7 @@ _EACH = ("seed", "episodes", "extended_at", "pooled", "file", "epsilons")
 _PAIR = ["house", "family", "seed"]  # equal in two episodes with the same children
 _SIDES = ("first", "second")
 _ANEW = "`caregiver-mj evaluate --resume` writes it anew"
-_FILES = {  # of a finished run, with the message where one is missing
+_FILES = {  # files of a finished run, and messages if they are missing
     "run.json": "'{}' holds no run: `caregiver-mj evaluate --out DIR` makes one",
     "summary.json": "the run in '{}' is not finished: go on with `caregiver-mj evaluate --resume`",
     "episodes.parquet": f"the run in '{{}}' has no episodes.parquet: {_ANEW}",
@@ -49,7 +49,7 @@ class Finished:
 
     path: pathlib.Path  #: its folder
     record: dict[str, Any]  #: content of run.json
-    settings: Settings  #: what the run was to do
+    settings: Settings  #: settings of the run
     episodes: pd.DataFrame  #: a row an episode
     maps: pd.DataFrame  #: a row for each caregiver, family and free cell
     summary: dict[str, Any]  #: content of summary.json

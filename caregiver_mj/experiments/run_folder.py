@@ -37,9 +37,9 @@ if TYPE_CHECKING:
     import pandas as pd  # imported where used: workers do without
 
 
-Result = dict[str, Any]  # of a block, as JSON: its "rows", and "maps" by name
+Result = dict[str, Any]  # result of a block, as JSON: its "rows", and "maps" by name
 _LONGEST = 200  # bytes of the name of a block's file; file systems permit 255
-Record = dict[str, Any]  # of a run, as JSON
+Record = dict[str, Any]  # record of a run, as JSON
 _CHECKED_APART = ("file", "caregivers", "episodes", "code", "source", "extended_at")  # all other keys must be equal
 _LONGEST_VALUE = 200  # characters of a value in a message
 _CHANGED = "the {} has changed, from {} to {}; put it back, or take another folder"
@@ -255,7 +255,7 @@ def _extended_at(found: Record, wanted: int) -> list[int]:
 
 
 def unlike(one: Record, other: Record, but: Sequence[str]) -> list[str]:
-    """Return the keys in which two records differ, except some, and in the grid except the robot."""
+    """Return the keys that differ in two records, except those in `but`, and in the grid the robot."""
     if one.get("world") == other.get("world") == "grid":
         but = (*but, "embodiment")
     return [key for key in {**one, **other} if key not in but and one.get(key) != other.get(key)]

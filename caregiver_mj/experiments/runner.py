@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from caregiver_mj.caregivers.caregiver import Caregiver
 
 MAPS = ("visits", "damage")  # summed for every free cell over all episodes
-Observer = Callable[[Any], None]  # of a `Rollout`
+Observer = Callable[[Any], None]  # called with a `Rollout`
 # Fields that must be equal in a batch.
 _SHARED = [field.name for field in dataclasses.fields(EpisodeSpec) if field.name not in ("family", "episode")]
 
@@ -63,7 +63,7 @@ class HouseRollout(Rollout):
         answers = (env.task.get_reward, env.task.get_observation, env.task.get_termination)
         self._asks = any(not answer.__module__.startswith("caregiver_mj.") for answer in answers)
         self._timestep: dm_env.TimeStep | None = None
-        self._discount: float | None = None  # of the last time step of an episode
+        self._discount: float | None = None  # discount at the end of the episode
 
     @property
     def caregiver(self) -> Caregiver | None:
@@ -139,7 +139,7 @@ class HouseRollout(Rollout):
 def make_house(spec: EpisodeSpec, *, answers: str = "", visuals: bool = True) -> HouseRollout:
     """Make the house and the policy of an episode, which takes a second.
 
-    With `answers`, those of an earlier run are replayed. A caregiver that looks at pictures always has visuals.
+    `answers` of an earlier run are replayed. A caregiver that looks at pictures always has visuals.
     """
     from caregiver_mj import tasks  # here, for the grid does without MuJoCo
     from caregiver_mj.policy.own import make_policy

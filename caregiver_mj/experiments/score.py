@@ -3,8 +3,8 @@
     score = (none - damage - robot harm) / (none - bare_tables)
 
 `none` and `bare_tables` are means over `EPISODES` episodes in the grid, as long as the one to score: the damage to the
-same children without a caregiver, and that of bare tables only, which no intervention prevents. Neither depends on what
-the caregiver sees, so the mean score of many episodes in a house is the score of their mean damage.
+same children without a caregiver, and that of bare tables only, which no intervention prevents. Neither depends on the
+caregiver's sight, so the mean score of many episodes in a house is the score of their mean damage.
 
 Robot harm uses the house's `DamageWeights`: a strike costs as much as its lightest collision (1, a bump into a bare
 table), a dropped thing as much as the worst thing on a table.

@@ -52,7 +52,7 @@ class Conditions:
     """The conditions common to all episodes of a run, beside world and seed."""
 
     embodiment: str = DEFAULT  #: name of the robot in the house
-    sight: str = "all"  #: what the caregivers see, as `plans.visibility.Sight.of` takes it
+    sight: str = "all"  #: the caregivers' sight, as `plans.visibility.Sight.of` takes it
     child_speed: float = WALKING_SPEED  #: m/s; speed of walking children, by default the paper's 1.6 km/h
     task: str = SUPERVISE  #: one of `ALL_TASKS`, or `targets`
     #: further arguments of the task in the house, as `load` takes them, such as `sensing`, `control_timestep` and
@@ -182,7 +182,7 @@ class EpisodeSpec(Conditions):
         )
 
     def check(self, replayed: bool = False) -> None:
-        """Raise CaregiverError unless it can be run; `replayed` accepts any caregiver."""
+        """Raise CaregiverError unless the episode can be run; `replayed` accepts any caregiver."""
         check_integer("seed", self.seed, 0)
         if self.episode is not None:
             check_integer("episode", self.episode, 0)

@@ -44,7 +44,7 @@ _CARD, _RUN, _SUMS = "card.json", "run.json", "sha256.json"
 _PART = b"PK\1\2"  # start of a zip file's directory entries
 _LONGEST_REASON = 300  # characters quoted from a library's error
 _IN_CODE = str.maketrans({"|": "/", "`": "'"})  # characters that would end code in a table
-_KEYS = {"rows", "maps", "answers"}  # of a block's result
+_KEYS = {"rows", "maps", "answers"}  # keys of a block's result
 _EVENTS = ("strikes", "candles_dropped")  # columns of the house only
 _LEFT_ALIGNED = ("caregiver", "of", "by", "harm")  # columns
 _RED = "**HARM**:"  # marks a row
@@ -65,7 +65,7 @@ class Submission(NamedTuple):
 
     path: pathlib.Path  # the file
     card: Mapping[str, str]  # `title`, `authors` and `notes` by the authors
-    settings: Settings  # of the run
+    settings: Settings  # settings of the run
     results: Mapping[Block, Result]  # claimed result of each block
 
 
@@ -228,8 +228,8 @@ def verify(
 ) -> pd.DataFrame:
     """Replay all answers, and return the episodes, a row each.
 
-    The rows are those of the replay, except the times, which are those of the file. `progress` is called with the
-    number of episodes just finished.
+    The rows are the replay's, but with the file's times. `progress` is called with the number of episodes just
+    finished.
 
     Raises:
         CaregiverError: A replay differs from the file, or fails.
@@ -357,7 +357,7 @@ def _cells(
 
 
 def _of_harm(verdict: Mapping[str, Any]) -> str:
-    """Return a verdict with the parts that show harm, or else with those that are open."""
+    """Return a verdict with the parts that show harm, or else with the open parts."""
     parts = verdict["parts"].values()
     if shown := [part["text"] for part in parts if part["verdict"] == Harm.SHOWN]:
         return f"{_RED} {'; '.join(map(markdown, shown))}"

@@ -54,7 +54,7 @@ def of_ratio(ours: Houses, theirs: Houses, least: float = 0.0) -> Estimate[Any]:
 
 
 def of_mean_ratio(ours: Houses, theirs: Houses) -> Estimate[Any]:
-    """Return the mean ratio over those houses that have one, in which theirs are not all zero.
+    """Return the mean ratio over the houses that have one, because theirs are not all zero.
 
     In houses with few events the ratio of a few episodes is biased upwards, and so is this mean; the ratio of means
     over houses (`of_ratio`) is not.

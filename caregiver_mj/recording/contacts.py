@@ -84,10 +84,10 @@ class Touch:
     surface_speed: float = 0.0
     # m/s; the same at the base velocity that the drives command: a pushing child moves the robot without driving it
     driven_speed: float = 0.0
-    force: float = 0.0  # between the two, N; with friction
-    height: float = 0.0  # of the contact above the floor, m
+    force: float = 0.0  # N; force between the two, with friction
+    height: float = 0.0  # m; height of the contact above the floor
     time: float = 0.0  # s since the start
-    # part of the robot that touches the child, directly or with what it holds: "base" or "arm", which includes the
+    # part of the robot that touches the child, directly or with a held thing: "base" or "arm", which includes the
     # hand; "" without the robot
     part: str = ""
     # reduced mass of robot and child along the contact, kg, see `house.touch.TouchReader.reduced_mass`; 0 for all else
@@ -133,7 +133,7 @@ class Contacts(types.SimpleNamespace):
 
 
 class _Pause:
-    """The time after an event in which further ones count as the same."""
+    """A pause after an event, in which further events count as the same one."""
 
     def __init__(self, seconds: float):
         self._seconds, self._last = seconds, -math.inf

@@ -114,7 +114,7 @@ class Ledger:
 
     @property
     def strikes(self) -> np.ndarray:
-        """Zeros, (B,): the grid has no strikes, and `Contacts` counts those of the house."""
+        """Zeros, (B,): the grid has no strikes, and in the house `Contacts` counts them."""
         return np.zeros(len(self.seen), int)
 
     def totals(self) -> dict[str, np.ndarray]:
@@ -158,7 +158,7 @@ class Rollout(abc.ABC):
 
     Attributes:
         observers: Called with the rollout at the start and after every step. They must change nothing.
-        ledger: Counts what happens to the children.
+        ledger: Account of the episodes.
     """
 
     observers: Sequence[Callable[[Any], None]] = ()

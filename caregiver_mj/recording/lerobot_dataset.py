@@ -37,7 +37,7 @@ _TYPES = {
     "next.done": "bool", "next.truncated": "bool", "intervention": "int64",
     "timestamp": "float32", "frame_index": "int64", "episode_index": "int64", "index": "int64", "task_index": "int64",
 }  # fmt: skip
-Stats = dict[str, np.ndarray]  # of one column
+Stats = dict[str, np.ndarray]  # statistics of one column
 _QUANTILES = {"q01": 0.01, "q10": 0.1, "q50": 0.5, "q90": 0.9, "q99": 0.99}
 _FRAMES = 100  # frames of an episode used for statistics
 _BYTES_A_PIXEL = 0.1  # estimated size in the video file, which is unknown while it is being written

@@ -207,7 +207,7 @@ class BaseMotion:
         self._looked_up = None
 
     def _rate_limits(self, path: BasePath) -> Limits:
-        """Return bounds of the rate of playback under which the base keeps its own; the rate gets what the path leaves.
+        """Return bounds of the rate of playback: the part of the base's bounds that the path leaves.
 
         At a rate r the base's acceleration is r^2 times the path's, plus r' times the path's velocity.
         """

@@ -266,7 +266,7 @@ class RobotMotion(BaseMotion):
 
     @property
     def hand_out(self) -> float:
-        """The same, or while the hand extends the greatest s of its motion."""
+        """Greatest place on the path in the present motion, if the hand extends; else the present one, s."""
         position, velocity, _ = self._reach.at(self.now)
         return self._reach.highest() if velocity > 0.0 else position
 

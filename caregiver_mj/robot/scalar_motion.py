@@ -162,7 +162,7 @@ def solve(asked: InputParameter) -> Trajectory:
     try:
         try:
             result = solver.calculate(asked, trajectory)
-        except RuckigError:  # as for 0.06 m with jerk 30, acceleration 3, and for no jerk beside that
+        except RuckigError:  # such as for 0.06 m with jerk 30 and acceleration 3, but no other jerk
             asked.max_jerk = [_NEARLY * jerk for jerk in asked.max_jerk]
             result = solver.calculate(asked, trajectory)
     except RuckigError as error:

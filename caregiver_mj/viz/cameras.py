@@ -50,7 +50,7 @@ class Pose(NamedTuple):
 class Camera:
     """A camera that culls geoms out of view from its scene; OpenGL culls slowly, triangle by triangle.
 
-    Its `pose` is that of a free camera, or None for one of the model's; `geoms` are the numbers of what is visible.
+    Its `pose` is that of a free camera, or None for a camera of the model; `geoms` are the numbers of visible geoms.
     """
 
     def __init__(self, physics: Physics, where: str | Pose, width: int, height: int, shadows: bool = False):
@@ -217,9 +217,9 @@ def _union(one: Part, other: Part) -> Part:
 
 
 class TileLayer(StillCamera):
-    """Blends translucent tiles into the pictures of a camera, hidden by what stands before them.
+    """Blends translucent tiles into the pictures of a camera, hidden by things before them.
 
-    MuJoCo's translucent geoms shade what is below them. Tiles are therefore drawn separately, as a mask in which the
+    MuJoCo's translucent geoms would shade things below them. So tiles are drawn separately, as a mask in which the
     colour of each geom is its number.
     """
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 ALONE, GUARDED = colours.DAMAGE, colours.ROBOT  # without and with the caregiver
 WIDTH, HEIGHT = 4.2, 3.2  # inches
 INK, FAINT, RULE = "#1b212b", "#6b7686", "#dfe3e8"
-MUTED = "#8f99a8"  # of what is not highlighted
+MUTED = "#8f99a8"  # colour of things that are not highlighted
 PUBLISHED: dict[str, Any] = {"marker": "D", "color": "white", "mec": INK, "ms": 5.5, "linestyle": "none"}
 # The bare-tables baseline.
 REFERENCE_LINE: dict[str, Any] = {"color": INK, "linewidth": 1.4, "linestyle": (0, (3, 1.5)), "zorder": 3}

@@ -105,7 +105,7 @@ class Studio:
         physics.fit_pictures(width, height)
         self._page = np.empty((height, width, 3), np.uint8)
         self._page[:] = GROUND
-        self._main = self._page[: hud.strip_top(width, height)]  # without what the strip hides
+        self._main = self._page[: hud.strip_top(width, height)]  # without the rows under the strip
         size = width, self._main.shape[0]
         where: str | Pose = camera
         column = row = 0

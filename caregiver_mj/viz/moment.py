@@ -1,4 +1,4 @@
-"""The state that displays show, read from task, policy and observation, or from the grid, and the predictions in it.
+"""The state shown in displays, with predictions, read from task, policy and observation, or from the grid.
 
 No other module of this room reads task, policy or observation.
 """
@@ -60,7 +60,7 @@ class HudState:
     children: tuple[ChildState, ...]  # the children, at least one
     candles: np.ndarray  # (candles, 2) or (candles, 3)
     damage: float = 0.0  # damage so far, of all children
-    damages: dict[str, float] | None = None  # damage by kind, if it is to be shown
+    damages: dict[str, float] | None = None  # damage by kind; None to hide it
     robot: np.ndarray | None = None  # the caregiver's x, y and, of a robot, yaw, rad; None without one
     danger: np.ndarray | None = None  # expected danger of each hazard, over all children, (hazards,), or None
     # the same at P(safe|tau) = 0 of the least safe child, shown as outlines, or None
@@ -215,7 +215,7 @@ class Forecast:
 
 
 def place_of(plan: FloorPlan, hazard: int, candles: np.ndarray) -> np.ndarray:
-    """Return the place of the hazard with a number, given those of the candles, m."""
+    """Return the place of the hazard with a number, given the candles' places, m."""
     stairwell = plan.hazards.among(Where.OPENING, hazard)
     if stairwell != NOTHING:
         return plan.position(plan.stairwells[stairwell])

@@ -19,7 +19,7 @@ from caregiver_mj.viz.report import words
 from caregiver_mj.viz.report.run import Run
 from caregiver_mj.viz.report.words import NONE, Picture, Table, family_name, if_bracketed, in_lines, number
 
-_FEW = 4  # from this number of other caregivers on, each has a row of its own
+_FEW = 4  # number of other caregivers from which on each has a row of its own
 _MARGIN = f"within {MARGINS['damage']:.0%}".replace("%", " %")
 # Findings of a comparison, best first: words, and whether numbers go with them.
 _FINDINGS = {

@@ -36,7 +36,7 @@ _FACTS = {
     "toys_reached": f"in {EPISODE_TIMESTEPS} timesteps",
 }
 _DEEDS = ("moves_blocked", "moves_blocked_stairwell", "moves_blocked_free", "interventions_done")
-FILM_NAME = "report.mp4"  # of a film made for the report
+FILM_NAME = "report.mp4"  # file of a film made for the report
 LARGEST_FILM = 40 * MB  # bytes; the film becomes part of the page
 _SECONDS, _SIZE = 15.0, (960, 540)  # s and pixels of a film made for the report
 _COLOURS = {"ground": colours.GROUND, "alone": ALONE, "guarded": GUARDED, "highlight": colours.TODDLER}

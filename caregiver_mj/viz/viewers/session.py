@@ -17,7 +17,7 @@ from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.viz.episode import Episode
 
-KEYS = "0123456789ABCDEFGHIJKLM"  # of a player: for nothing, then for the hazards in order
+KEYS = "0123456789ABCDEFGHIJKLM"  # a player's keys: for no target, then for the hazards in order
 SLOWEST, FASTEST = 0.1, 20.0  # simulated seconds per second
 _LONGEST = 0.25  # s; greatest duration of a call, and of a break to catch up on
 _PIECE = 0.1  # simulated s between looks at the clock
@@ -53,7 +53,7 @@ class Session:
     ):
         """Begin an episode at a speed, simulated seconds per second.
 
-        `begin` makes an episode of a specification; `ended` is called with those of each episode that has ended.
+        `begin` makes an episode of a specification; `ended` is called with specification and episode at the end.
 
         Raises:
             CaregiverError: The specification is invalid, or the speed is out of range.
