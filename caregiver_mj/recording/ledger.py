@@ -35,7 +35,7 @@ class Ledger:
         spent: Timesteps that the caregiver spent on each of `SPENT`, (B, 3).
         candles_dropped: Candles that fell, (B,).
         stopped_at: Timestep in which the damage exceeded the threshold, (B,); 0 if it did not.
-        damage_until_stop: Damage up to and including that timestep, (B,).
+        damage_until_stop: Damage up to and including that timestep, else all damage, (B,).
         visits: Timesteps that children ended in each free cell, (B, free cells).
         damage_at: Damage to children in each free cell, (B, free cells).
     """

@@ -125,7 +125,7 @@ class BaseMotion:
     def _turn_on_the_spot(self, path: BasePath) -> None:
         """Plan a path anew from rest if the base has stopped while turning into it.
 
-        The rest of the turn may lead towards the child that stopped the base, which would block it until the child
+        The rest of the turn may lead towards the child that stopped the base, and the base would wait until the child
         leaves.
         """
         if self._playback.arrival > self.now:

@@ -83,7 +83,7 @@ class FollowedVelocity:
         return _within(limits.velocity + NOTHING, self.commanded[0] + step * x, self.commanded[1] + step * y)
 
     def _fits(self, x: float, y: float) -> bool:
-        """Return whether an acceleration can end within the jerk before the top speed, where a cut would exceed it."""
+        """Return whether an acceleration can end within the jerk before the top speed; a cut there would jerk more."""
         change, size = self.limits.jerk * self._timestep, math.hypot(x, y)
         steps = int(size / change)  # after this one until it has ended, less by one change at each
         times = self._timestep * (steps + 1) * (1.0 - steps * change / (2.0 * size)) if size else 0.0

@@ -113,11 +113,11 @@ class RobotMotion(BaseMotion):
         self._yaw = ScalarMotion(limits.yaw, float(base[2]), brakes=True)
         self.reach_path = reach_path(arm_of(self.robot), _ANY_HEIGHT)
         self._reach = ScalarMotion(self.reach_path.limits(0, 0), 0.0)
-        self._lands_at: float | None = None  # s to approach slowly, once the hand has stopped
+        self._lands_at: float | None = None  # place on the path to approach slowly, once the hand has stopped
         self._crept = math.inf  # time at which it began to creep
         self._gripper = ScalarMotion(limits.gripper, self.robot.grasp.open)
         self._action = np.empty(self.robot.layout.size)
-        self._posture: tuple[ReachPath, float] | None = None  # path and s of the arm in the last action
+        self._posture: tuple[ReachPath, float] | None = None  # path and place on it in the last action
 
     # -- Goals -----------------------------------------------------------------------------------
 
@@ -151,7 +151,7 @@ class RobotMotion(BaseMotion):
         speed, acceleration = self.turning
         turns = abs(speed)
         most = max(present, turns)
-        # Do not raise the bound below a turn that still accelerates: beside a child it would alternate each timestep.
+        # While a turn above its bound accelerates, keep the bound: beside a child it would alternate at every timestep.
         may_speed_up = rate > most and (turns <= present or speed * acceleration <= 0.0)
         if rate < 0.9 * present or (may_speed_up and (rate == full or rate > 1.3 * most)):
             within = turns if turns <= rate else _LEAST_TURN  # just below its speed, the solver would nearly stop
@@ -261,12 +261,12 @@ class RobotMotion(BaseMotion):
 
     @property
     def reached(self) -> float:
-        """Present place of the hand on its path, s."""
+        """Present place `s` of the hand on its path, see `reach`."""
         return self._reach.at(self.now)[0]
 
     @property
     def hand_out(self) -> float:
-        """Greatest place on the path in the present motion, if the hand extends; else the present one, s."""
+        """Greatest place `s` in the present motion if the hand extends, else the present one."""
         position, velocity, _ = self._reach.at(self.now)
         return self._reach.highest() if velocity > 0.0 else position
 

@@ -16,14 +16,14 @@ from caregiver_mj.robot.kinematics import Arm
 from caregiver_mj.robot.limits import ArmLimits, Limits
 from caregiver_mj.robot.scalar_motion import NOTHING, ScalarMotion, highest
 
-_SLOWEST = 0.25  # 1/s; speed of s below which a path to a candle on the floor takes too long
+_SLOWEST = 0.25  # poses per second; speed below which a path to a candle on the floor takes too long
 _CHECKS = 25  # poses sampled on a line or a path
-_SHARES = 33  # values of s searched by `as_high`
+_SHARES = 33  # places on the path that `as_high` tries
 _HOVER = 0.10  # m; height above a lying candle at which the hand stops first
 _BEYOND = 0.004  # m; depth below the floor to which the fingertips may feel for it
-UP = 1.0  # s of the pose in mid air, on the way to a small thing and on that to the tray
+UP = 1.0  # place of the pose in mid air, on the path to a small thing and on that to the tray
 LOW = 0.015  # m; height above the floor at which the fingertips begin to feel for it
-_QUICK, _HALVINGS = 0.6, 14  # 1/s; the same of a path to a small thing or the tray. Steps of the search for a height
+_QUICK, _HALVINGS = 0.6, 14  # the same of a path to a small thing or the tray; steps of the search for a height
 _UP = 0.42, 0.0, 0.85  # m; pinch point in mid air, above a child's head
 _OVER_TRAY = 0.03  # m; height of the fingertips above the tray's walls
 TRAY_SPOTS = (0.0, 0.6, -0.6)  # places to let go along the tray, as shares of its half length, so that things fit
@@ -31,7 +31,7 @@ _TRAY_PITCHES = np.radians((90, 110, 125, 140)).tolist()  # rad; the hand's ther
 
 
 class ReachPath:
-    """A path from the tucked arm (s = 0) through poses (s = 1, 2, ...): lines in joint space.
+    """A path from the tucked arm (place s = 0) through poses (s = 1, 2, ...): lines in joint space.
 
     A pose is joint positions (joints,), rad; there are two or more, the tucked arm first. On the lines in `gently` the
     hand is as slow as on the slowest line.
@@ -107,7 +107,7 @@ def reach_path(arm: Arm, height_in_tenths_of_mm: int) -> ReachPath:
 
 @functools.cache
 def as_high(arm: Arm, usual: int, other: int, share: float) -> float:
-    """Return the s at which the hand is as high above another goal as it is above the usual one at s = `share`.
+    """Return the place at which the hand is as high above another goal as above the usual one at the place `share`.
 
     The heights of both goals are in mm.
     """
@@ -144,7 +144,7 @@ def retrieval_paths(arm: Arm, point: np.ndarray, rotation: np.ndarray, lift: flo
 
 @functools.cache
 def pick_up_path(arm: Arm, ahead: float, heading: float) -> ReachPath | None:
-    """Return the quickest path down to a small thing on the floor, on which the hand stops at contact with the floor.
+    """Return the quickest path of the fingertips down to a small thing, and on until they touch the floor.
 
     Its poses are in mid air (1), and with the fingertips just below the floor (2). The thing lies `ahead` m in front of
     the base's middle; the fingers open across the `heading`, rad. Return None if the arm meets robot or tray on every
@@ -156,7 +156,7 @@ def pick_up_path(arm: Arm, ahead: float, heading: float) -> ReachPath | None:
 
 
 def share_at(arm: Arm, path: ReachPath, height: float) -> float:
-    """Return the s at which the fingertips descend to a height above the floor, m, on a `pick_up_path`."""
+    """Return the place on a `pick_up_path` at which the fingertips descend to a height above the floor, m."""
 
     def is_above(share: float) -> bool:
         return bool(arm.pinch(path.joints(share))[2] - arm.embodiment.fingertip > height)

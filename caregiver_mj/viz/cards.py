@@ -1,4 +1,4 @@
-"""Drawing tools of display and maps: lengths, text, and cards, which are its dark backgrounds."""
+"""Drawing tools of display and maps: lengths, text, and cards (dark backgrounds)."""
 
 from __future__ import annotations
 

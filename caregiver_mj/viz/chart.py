@@ -33,7 +33,7 @@ class Chart:
     def __init__(self, plan: FloorPlan, width: int, height: int, alone: bool = False):
         """Draw the fixed things, for frames of a size in pixels.
 
-        An `alone` chart fills the frame, and its caption has more.
+        An `alone` chart fills the frame, and has a longer caption.
         """
         scale = Scale.of(height)
         rows, columns = plan.shape
@@ -168,7 +168,7 @@ class Chart:
 class GroundPlan:
     """Draws a house `FINE` times larger than shown, and converts places to pixels of that drawing.
 
-    A `cell` has so many pixels as shown, and `unit` in the fine drawing.
+    `cell` and `unit` are the side of a cell in pixels, as shown and in the fine drawing.
     """
 
     def __init__(self, plan: FloorPlan, cell: int, pad: int):

@@ -68,7 +68,7 @@ def damage_left(novices: Sequence[str], series: Sequence[Series], bare_tables: S
 
 @mpl.rc_context(STYLE)
 def toys_kept(novices: Sequence[str], series: Sequence[Series], margin: float) -> Figure:
-    """Return the same of toys kept, with a line at the margin of loss."""
+    """Return the same figure of toys kept, with a line at the margin of loss."""
     figure, axes = single(0.8 * style.HEIGHT)
     known = [mean for one in series for mean in one.mean if np.isfinite(mean)] or [1.0]
     bottom, top = max(0.0, min(0.85, min(known) - 0.1)), min(_HIGHEST, max(1.15, max(known) + 0.1))

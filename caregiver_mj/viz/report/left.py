@@ -40,7 +40,7 @@ def left(run: Run) -> dict[str, Any]:
 
 
 def left_table(run: Run) -> Table:
-    """Return caregivers by families, in the run's order."""
+    """Return the damage left: a row for each caregiver, in the run's order, and a column for each family."""
     caregivers = [caregiver for caregiver in run.settings.caregivers if caregiver != "none"]
     rows = [(c, *(left_cell(run, c, family) for family in run.families)) for c in caregivers]
     note = f"Share of the damage without a caregiver that is left{if_bracketed(rows, ', and its 95 % interval')}"
@@ -186,7 +186,7 @@ def _apart(runs: Sequence[Run], left: Sequence[np.ndarray]) -> np.ndarray | None
 
 
 def _on_average(families: Sequence[str], apart: np.ndarray) -> str:
-    """Return its mean over families that move mostly at random, as a sentence."""
+    """Return the mean excess over families that move mostly at random, as a sentence."""
     random = [min(epsilon for _, epsilon in words.members(family)) >= _MOSTLY_RANDOM for family in families]
     both = np.flatnonzero(np.isfinite(apart) & random).tolist()
     if not both:

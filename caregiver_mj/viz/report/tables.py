@@ -22,7 +22,7 @@ from caregiver_mj.viz.report.words import NONE, TITLES, Picture, Table, family_n
 
 MARGIN = MARGINS["toys_reached"]
 _RIVALS = 3  # number of other caregivers in a figure
-_BY_CHILD = {"damage_by_child": "damage", "toys_by_child": "toys_reached"}  # and the column that is their sum
+_BY_CHILD = {"damage_by_child": "damage", "toys_by_child": "toys_reached"}  # columns of each child, and of their sum
 # Columns of contacts, aggregation over episodes, and digits.
 _SHOWN = (
     ("strikes", "sum", 0), ("strikes_surface", "sum", 0), ("gate_strikes", "sum", 0), ("pinches", "sum", 0),
