@@ -164,7 +164,7 @@ class RobotLimits:
 
     @functools.cached_property
     def turn_as_commanded(self) -> Limits:
-        """Limits of the commands of the base's turns, in radians: the highest less what drives and arm add."""
+        """Bounds of the commanded turns, rad: the greatest values less the contributions of drives and arm."""
         velocity, acceleration, jerk = dataclasses.astuple(self.turn)
         return Limits(_TOP_SHARE * velocity, _TOP_SHARE * acceleration, _COMMANDED_JERK_SHARE * jerk)
 
