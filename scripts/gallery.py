@@ -120,9 +120,11 @@ def film(entry: Entry) -> Iterator[Image.Image]:
     env.reset(seed=0)
     stage.step = look_on
     actor.begin(0)
-    while len(taken) < PICTURES:
+    ended = False
+    while len(taken) < PICTURES and not ended:
         action, about = actor.act()
-        env.step(action)
+        _, _, terminated, truncated, _ = env.step(action)
+        ended = terminated or truncated
     env.close()
     return (page for page in taken[:PICTURES] for _ in range(entry.times))
 
