@@ -104,11 +104,12 @@ def film(entry: Entry) -> Iterator[Image.Image]:
     width, height = SIZE
     env = entry.make(HOUSE, render_mode="rgb_array", width=width, height=height - CAPTION)
     actor, taken, steps, about = make_actor(entry.policies[-1], env), list[Image.Image](), itertools.count(), NOTHING
-    stage, hazards = house_of(env) or env, FloorPlan.load(HOUSE).hazards  # the environment whose steps are counted
-    step = stage.step
+    house, hazards = house_of(env), FloorPlan.load(HOUSE).hazards
+    stage, name = (house.task, "after_step") if house else (env, "step")  # called once for each counted step
+    step = getattr(stage, name)
 
-    def look_on(action: Any) -> Any:
-        result = step(action)
+    def look_on(given: Any) -> Any:
+        result = step(given)
         if next(steps) % entry.every == 0:
             page = Image.new("RGB", SIZE, colours.GROUND)
             page.paste(Image.fromarray(env.render()))
@@ -118,7 +119,7 @@ def film(entry: Entry) -> Iterator[Image.Image]:
         return result
 
     env.reset(seed=0)
-    stage.step = look_on
+    setattr(stage, name, look_on)
     actor.begin(0)
     ended = False
     while len(taken) < PICTURES and not ended:
