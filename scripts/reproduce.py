@@ -118,7 +118,7 @@ def marked(text: str, made: Mapping[str, str], entries: Mapping[str, Entry]) -> 
         name, old = found[1], made.get(found[1], found[2])
         if name not in entries:
             return ""
-        older = "" if old == entries[name].made else f"*`{name}`, of {old}: the code has changed since.*\n"
+        older = "" if old == entries[name].made else f"*`{name}`, of {old}: outdated.*\n"
         return _mark(name, old) + older
 
     return MARK.sub(renew, text)

@@ -49,7 +49,7 @@ def test_an_older_page_says_so_and_a_current_one_does_not(monkeypatch):
     monkeypatch.setitem(one.__dict__, "digest", "ba9876543210")
     monkeypatch.setattr(reproduce.importlib.metadata, "version", lambda _: "0.1.0")
     older = marked("# Title\n\nWords.\n", {"some": OLD}, {"some": one})
-    line = f"*`some`, of {OLD}: the code has changed since.*\n"
+    line = f"*`some`, of {OLD}: outdated.*\n"
     assert older == f"# Title\n\n<!-- scripts/reproduce: some; {OLD} -->\n{line}\nWords.\n"
     assert marked(older, {"some": OLD}, {"some": one}) == older
     new = marked(older, {"some": NEW}, {"some": one})

@@ -14,6 +14,7 @@ from caregiver_mj.robot.driver import Driver
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
+from caregiver_mj.robot.skills.skill import Rest
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import ChildView
 
@@ -85,8 +86,7 @@ def walks_from(plan: FloorPlan, cell: Cell, east: float) -> ChildView:
     return child(*centre(plan, cell), east * WALKING_SPEED, 0.0)
 
 
-def test_a_base_slows_down_for_a_child_between_two_steps_of_its_skill():
-    """A skill that drives is asked ten times a second only."""
+def test_the_governor_slows_the_base_down_though_its_skill_wants_full_speed():
     drive = Drive(OPEN, (3, 1), (3, 6))
     drive.run(0.9)
     robot, before = drive.robot, drive.robot.rate
@@ -96,6 +96,19 @@ def test_a_base_slows_down_for_a_child_between_two_steps_of_its_skill():
         robot.action(drive.base)
         robot.now += TIMESTEP
     assert robot.rate < 0.95 * before
+
+
+def test_a_base_that_the_next_skill_does_not_drive_stops():
+    drive = Drive(OPEN, (3, 1), (3, 6))
+    drive.run(0.9)
+    robot, rest = drive.robot, Rest(Navigator(OPEN, ROBOT))
+    assert robot.moving
+    for _ in range(50):
+        seen = view(child(drive.base[0] + 9.0, drive.base[1]), base=drive.base, now=robot.now)
+        rest.step(seen, robot)
+        governor.bound_base(seen, robot)
+        robot.now += TIMESTEP
+    assert not robot.moving
 
 
 @pytest.mark.parametrize(("distance", "turns"), [(0.6, False), (0.75, True)])
