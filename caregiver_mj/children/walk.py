@@ -29,7 +29,7 @@ def check_speed(child_speed: float) -> float:
 def novice_timestep(
     control_timestep: float, cell_size: float = DEFAULT_CELL_SIZE, child_speed: float = WALKING_SPEED
 ) -> float:
-    """Return the time to walk the length of a cell, rounded to whole control timesteps, s."""
+    """Return the time to walk the length of a cell, rounded to whole control steps, s."""
     return round(cell_size / child_speed / control_timestep) * control_timestep
 
 

@@ -134,7 +134,7 @@ class HouseChild:
         self.move.entered = abs(robot[0] - self._entry[0]) < half and abs(robot[1] - self._entry[1]) < half
 
     def take_in(self, touches: Sequence[Touch], on_table: Callable[[int], np.ndarray]) -> None:
-        """Process all contacts of a control timestep; `on_table` returns which candles are on a table, (candles,)."""
+        """Process all contacts of a control step; `on_table` returns which candles are on a table, (candles,)."""
         self.touched = [touch.direction for touch in touches if touch.kind not in _ON_TABLES]
         for touch in touches:
             if touch.kind in _OPENINGS and self._state[self._kinds.index(touch.kind) + touch.index] == State.SHUT:
@@ -233,7 +233,7 @@ class Move:
 class CompliantBody:
     """A child's body on a spring and damper behind its walk, and soft to the touch: an option of the tasks.
 
-    Without it a child goes where its walk takes it, whatever is there: between control timesteps it is a free body of
+    Without it a child goes where its walk takes it, whatever is there: between control steps it is a free body of
     12 kg, which is then put back. Forces between it and the robot are then those of a servo-driven wall. A compliant
     child is pushed aside: its feet follow the walk, its body sways above them, and it steps once it has been pushed
     beyond the reach of its feet. Untouched, it walks as usual.
@@ -244,7 +244,7 @@ class CompliantBody:
         self._feet, self._pace = walk.position, (0.0, 0.0)
 
     def follow(self, walk: ToddlerWalk, physics: Physics, number: int, seconds: float) -> None:
-        """Follow the walk for one control timestep, s; a child that leans too far steps, and the walk with it."""
+        """Follow the walk for one control step, s; a child that leans too far steps, and the walk with it."""
         (x, y, _), (vx, vy, _) = physics.toddler_position(number), physics.toddler_velocities()[number]
         lean = _none(float(x) - self._feet[0]), _none(float(y) - self._feet[1])
         sway = _none(float(vx) - self._pace[0]), _none(float(vy) - self._pace[1])
@@ -335,7 +335,7 @@ class Children(Sequence[HouseChild]):
             figure.step(child.walk, child.mood, robot, seconds)
 
     def take_in(self, physics: Physics, on_table: Callable[[int], np.ndarray]) -> None:
-        """Process their contacts of the last control timestep; `on_table` is as of `HouseChild.take_in`."""
+        """Process their contacts of the last control step; `on_table` is as of `HouseChild.take_in`."""
         if not physics.touches:  # the usual case
             for child in self._children:
                 child.touched = ()

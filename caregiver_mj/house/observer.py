@@ -20,7 +20,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.visibility import CAMERA_RANGE, CAMERA_WIDTH, PLACES, Sight, seen_from, visibility
 from caregiver_mj.robot.embodiment import Embodiment
 
-_LOOKS = 5  # control timesteps between updates of the view
+_LOOKS = 5  # control steps between updates of the view
 _SIDES = np.array([(0.0, 0.0), *ACTIONS])
 # m; points of a child's body relative to its centre on the floor. A child is seen if one of them is.
 _HEAD = 0.68
@@ -72,7 +72,7 @@ class Observer:
         self._look(physics)
 
     def take_in(self, physics: Physics, step: int) -> None:
-        """Update the view after a numbered control timestep, from 1."""
+        """Update the view after a numbered control step, from 1."""
         if step % _LOOKS == 0:
             self._look(physics)
         if self._eyes:

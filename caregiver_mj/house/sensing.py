@@ -26,7 +26,7 @@ _OFF_FLOOR = 0.2  # m above the floor; a higher candle beside tables counts as l
 class Blur:
     """Normally distributed errors of one kind of thing; standard deviations.
 
-    White errors are drawn at every control timestep. Lasting errors of the base and of children last for the episode,
+    White errors are drawn at every control step. Lasting errors of the base and of children last for the episode,
     those of a candle until it is lifted, set down, or released.
     """
 
@@ -36,7 +36,7 @@ class Blur:
     turn_bias: float = 0.0  # rad; lasting error of the heading, for a candle about each axis
     # m/s, rad/s; white error of the velocity and of the turning rate; not for candles
     velocity_noise: float = 0.0
-    dropout: float = 0.0  # probability per control timestep that the last value is repeated
+    dropout: float = 0.0  # probability per control step that the last value is repeated
 
 
 @dataclasses.dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Sensing:
     candle: Blur = Blur()  # errors of candles and small things
     child: Blur = Blur()  # errors of children
     base: Blur = Blur()  # errors of the robot's base
-    # s; delay of all observations except the clock, rounded up to whole control timesteps
+    # s; delay of all observations except the clock, rounded up to whole control steps
     delay: float = 0.0
 
     @classmethod
@@ -63,7 +63,7 @@ class Sensing:
         return self == Sensing()
 
     def delay_steps(self, control_timestep: float) -> int:
-        """Return the delay in control timesteps."""
+        """Return the delay in control steps."""
         return -int(-(self.delay / control_timestep - 1e-6) // 1) if self.delay else 0
 
 
@@ -146,7 +146,7 @@ class Sensor:
         self._situation: tuple[np.ndarray, bool] | None = None
 
     def sense(self, step: int, exact: Observation) -> dict[str, np.ndarray]:
-        """Return the perceived observation at a control timestep, from 0; repeated calls return the same."""
+        """Return the perceived observation at a control step, from 0; repeated calls return the same."""
         if self._step is None:
             return dict(exact)
         if step != self._step:

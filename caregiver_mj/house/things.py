@@ -66,7 +66,7 @@ class Candles:
 
 
 def watch_candle(physics: Physics, seconds: float, tally: Contacts) -> None:
-    """Count the distances of a candle in the hand, if any, for a control timestep, s."""
+    """Count the distances of a candle in the hand, if any, for a control step, s."""
     if not physics.is_gripping():
         return
     pinch, children = physics.pinch_position(), physics.toddler_positions()
@@ -117,7 +117,7 @@ class Things:
     """Tracks the small things of one episode.
 
     A child takes a thing in the cell that it enters, as in the grid, unless the robot holds it. It has no hands: from
-    then on the thing is placed at its mouth at every control timestep. Like the child's own walk, this uses no forces.
+    then on the thing is placed at its mouth at every control step. Like the child's own walk, this uses no forces.
     """
 
     def __init__(self, plan: FloorPlan):
@@ -143,7 +143,7 @@ class Things:
                 physics.set_thing(i, (*to_world((x, y, yaw), (ahead, 0.0)), height), yaw)
 
     def take_in(self, physics: Physics, children: Children) -> None:
-        """Update which things are off the floor or taken, after a control timestep."""
+        """Update which things are off the floor or taken, after a control step."""
         places = [child.position for child in children]
         for i, place in enumerate(physics.live["battery_position"].tolist()):
             is_off = self._taken[i] != NOTHING or place[2] > OFF_FLOOR

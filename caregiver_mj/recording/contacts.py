@@ -109,12 +109,12 @@ class Contacts(types.SimpleNamespace):
         return isinstance(other, Contacts) and self.outcome() == other.outcome()
 
     def take_in(self, touches: Sequence[Touch], seconds: float, time: float, shut: Collection[int] = ()) -> None:
-        """Count the contacts of children in a control timestep.
+        """Count the contacts of children in a control step.
 
         Args:
             touches: All contacts, in order of time for each child.
             seconds: Length of a physics step.
-            time: End of the control timestep, s.
+            time: End of the control step, s.
             shut: Numbers of the closed gates.
         """
         for child in sorted({touch.child for touch in touches}):

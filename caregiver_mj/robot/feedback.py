@@ -37,7 +37,7 @@ class FollowedVelocity:
         self.acceleration: Vector = (0.0, 0.0)
 
     def follow(self, wanted: Vector, at_once: bool = False, goes_on: bool = True) -> Vector:
-        """Return the velocity for the coming control timestep, m/s.
+        """Return the velocity for the coming control step, m/s.
 
         Args:
             wanted: Velocity to follow, m/s.

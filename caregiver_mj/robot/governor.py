@@ -1,6 +1,6 @@
 """The governor: applies all bounds of the robot's speed near children.
 
-`robot.separation` computes the bounds. At every control timestep, after the skill has set its goals, `govern` applies
+`robot.separation` computes the bounds. At every control step, after the skill has set its goals, `govern` applies
 them to the references and returns the action.
 """
 
@@ -34,7 +34,7 @@ def path_rate(view: View, robot: RobotMotion) -> float:
 
 
 def govern(view: View, robot: RobotMotion, clearance: Clearance, control_timestep: float) -> np.ndarray:
-    """Return the action for the coming control timestep, within the bounds for children.
+    """Return the action for the coming control step, within the bounds for children.
 
     Args:
         view: The robot's view.

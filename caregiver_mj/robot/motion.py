@@ -1,6 +1,6 @@
 """The robot's references and the actions that follow them: base path, heading, arm and gripper.
 
-Skills set goals here; once a control timestep `RobotMotion.action` samples all references and adds the feedback.
+Skills set goals here; once a control step `RobotMotion.action` samples all references and adds the feedback.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ class RobotMotion(BaseMotion):
             control_timestep: Time between actions, s.
             delay: Delay of the base's measured position, s.
             hand_error: Error of the hand's position relative to a candle or a table, one sigma, m.
-            base_jumps: Noise of the base's measured position between control timesteps, one sigma, m.
+            base_jumps: Noise of the base's measured position between control steps, one sigma, m.
         """
         limits, servos = robot.limits, robot.servos
         super().__init__(limits)
@@ -304,7 +304,7 @@ class RobotMotion(BaseMotion):
     def action(
         self, base: Sequence[float], arm: np.ndarray | None = None, restrain: Restrain | None = None
     ) -> np.ndarray:
-        """Return the action for the coming control timestep.
+        """Return the action for the coming control step.
 
         Args:
             base: Measured pose (x, y, yaw) of the base, m and rad.

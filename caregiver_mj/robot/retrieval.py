@@ -36,7 +36,7 @@ _ROUTE, _POSE, _WAY, _GUESS = 0.2, 0.1, 3.0, 6.0
 Heights = tuple[float, ...]  # of the tables' tops, m
 Found = TypeVar("Found")
 Work = Generator[float, None, Found]  # yields ms
-_AT_ONCE = 12.0  # ms; stated duration of a search in a control timestep, which its last piece may exceed
+_AT_ONCE = 12.0  # ms; stated duration of a search in a control step, which its last piece may exceed
 
 
 @dataclasses.dataclass(frozen=True)
@@ -221,7 +221,7 @@ def _turned(vector: np.ndarray, yaw: float) -> np.ndarray:
 
 
 class Search(Generic[Found]):
-    """A long search, spread over control timesteps.
+    """A long search, spread over control steps.
 
     It is a generator that yields the approximate duration of each piece of work, and returns the result. Durations are
     stated, not measured: progress must not depend on the load of the machine.

@@ -53,7 +53,7 @@ _TUCKED = 0.05  # share of the reach below which the arm is tucked
 _WITHIN = 1e-6  # m; length of a vector of which only the direction is known
 _SOON = 0.8  # s; horizon within which a child keeps its velocity
 _HEAD_ON = 0.5  # cosine between motion and child above which `must_stop` considers the child
-_TOUCHED = 0.002  # m; gap of a child that touches the base, or will in the next control timestep
+_TOUCHED = 0.002  # m; gap of a child that touches the base, or will in the next control step
 _NO_NEARER = 0.05  # m; gap below which no motion leads towards a child, and a path past it counts as barred
 _BRAKES = 0.8  # share of the acceleration limit for braking in contact; before contact commands keep to the limit
 # m/s; decrease of the command, before contact, of a base with little room to leave. A greater one would use nearly all
@@ -486,7 +486,7 @@ def _corners(robot: Embodiment, yaw: float, offset: Vector) -> tuple[float, ...]
 def _bounded(speed: float, most: float, seconds: float, change: float, jerk: float) -> float:
     """Return the next commanded speed, m/s, for a bound `most`.
 
-    Above the bound it brakes by at most `change` in a control timestep. Below it approaches the bound without
+    Above the bound it brakes by at most `change` in a control step. Below it approaches the bound without
     overshoot, with `change` and a final jerk, m/s^3, which is infinite if the acceleration may drop at once.
     """
     off = most - speed

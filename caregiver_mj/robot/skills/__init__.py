@@ -1,6 +1,6 @@
 """Skills: block, close, go to a cell, stand aside, rest, pick, pick up, retrieve, place.
 
-Each skill is a small state machine over references. Its `step`, called once a control timestep, looks at a `View`, sets
+Each skill is a small state machine over references. Its `step`, called once a control step, looks at a `View`, sets
 goals of the `RobotMotion` and returns its `Status`. Skills know tables, candles and cells, but no danger.
 """
 

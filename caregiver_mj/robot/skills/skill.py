@@ -32,14 +32,14 @@ class Skill(abc.ABC):
         self._navigator = navigator
 
     def step(self, view: View, robot: RobotMotion) -> Status:
-        """Set goals for one control timestep. After its end a skill is not stepped, except for `Block` and `GoTo`."""
+        """Set goals for one control step. After its end a skill is not stepped, except for `Block` and `GoTo`."""
         robot.drives = 0.0  # a base that the skill does not drive stops
         self.status = self._act(view, robot)
         return self.status
 
     @abc.abstractmethod
     def _act(self, view: View, robot: RobotMotion) -> Status:
-        """Set goals for one control timestep, and return the status."""
+        """Set goals for one control step, and return the status."""
 
 
 class Rest(Skill):
