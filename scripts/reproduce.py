@@ -74,7 +74,8 @@ class Entry:
 
     def is_current(self, docs: pathlib.Path) -> bool:
         """Return whether all pages are of the present code."""
-        return all(marks((docs / page).read_text("utf-8")).get(self.name) == self.made for page in self.pages)
+        known = read_marks(docs)  # a new entry may have no page yet
+        return all(known.get(docs / page, {}).get(self.name) == self.made for page in self.pages)
 
 
 def read_manifest(path: pathlib.Path = MANIFEST) -> dict[str, Entry]:
@@ -152,7 +153,7 @@ def mark_all(
         The pages that changed.
     """
     changed = []
-    for path in sorted({docs / page for entry in entries.values() for page in entry.pages}):
+    for path in sorted({docs / page for entry in entries.values() for page in entry.pages} & {*docs.rglob("*.md")}):
         text = path.read_text("utf-8")
         known = {**before.get(path, {}), **marks(text)}
         of_page = [entry for entry in entries.values() if path in [docs / page for page in entry.pages]]

@@ -23,6 +23,7 @@ import caregiver_mj
 from caregiver_mj.caregivers.target_observation import OBSERVATIONS
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.cli import make_parser
+from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.recording.record import COLUMNS
 from caregiver_mj.robot.embodiment import CommandLayout
 from caregiver_mj.robot.embodiments import EMBODIMENTS
@@ -32,6 +33,7 @@ from caregiver_mj.tasks.base import OBSERVED
 PAGES = sorted((pathlib.Path(__file__).parents[1] / "docs").rglob("*.md"))
 _PLACE = re.compile(r"(<!-- scripts/tables\.py: (\w+) -->\n).*?(<!-- end -->)", re.S)
 _HOUSE = "paper"
+_OTHER = "home"  # house with every kind of hazard, for tasks that need one which `_HOUSE` lacks
 _TARGETS = "caregiver_mj/Supervise-Targets-v0"
 _OBSERVED_OF_TARGETS = {
     "clock": "elapsed share of the episode",
@@ -59,12 +61,17 @@ def table(titles: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
 
 @functools.cache
 def _environment(name: str, **kwargs: str) -> gymnasium.Env:
-    return gymnasium.make(name, house=_HOUSE, **kwargs).unwrapped
+    return gymnasium.make(name, **kwargs).unwrapped
 
 
 def _of_task(task: str) -> gymnasium.Env:
     """Return the Gymnasium environment of a task."""
-    return _environment(TASKS[task].id)
+    return _environment(TASKS[task].id, house=_house_of(task))
+
+
+def _house_of(task: str) -> str:
+    needed = TASKS[task].find_kind().needs if task in TASKS else None
+    return _HOUSE if needed is None or needed.verb in FloorPlan.load(_HOUSE).hazards.verb else _OTHER
 
 
 def observation() -> str:
@@ -115,7 +122,8 @@ def environments() -> str:
 
 
 def _section(name: str, entry: gallery.Entry, known: dict[str, tuple[set[str], str]]) -> str:
-    env, task = _environment(entry.id, **entry.kwargs), TASKS.get(name)
+    house = _house_of(name)
+    env, task = _environment(entry.id, house=house, **entry.kwargs), TASKS.get(name)
     kind = task.find_kind() if task else type(env)
     (purpose, *_), units = (inspect.getdoc(inspect.getmodule(kind)) or "").splitlines(), {}
     made = ", ".join([f'"{entry.id}"', *(f'{key}="{value}"' for key, value in entry.kwargs.items())])
@@ -154,7 +162,7 @@ def _section(name: str, entry: gallery.Entry, known: dict[str, tuple[set[str], s
         facts.append(["needs", f"a {kind.needs.name} in the house"])
     film = f"![The scripted caregiver `{entry.policies[-1]}` at work](../environments/{name}.gif)"
     sentence = purpose.partition(": ")[2]
-    parts = (f"## {title}", film, sentence[:1].upper() + sentence[1:], table([f"in `{_HOUSE}`", ""], facts))
+    parts = (f"## {title}", film, sentence[:1].upper() + sentence[1:], table([f"in `{house}`", ""], facts))
     return "\n\n".join([*parts, _scores(name, entry)])
 
 

@@ -156,6 +156,7 @@ class _Watch:
 
     def take_in(self, touches: Sequence[Touch], seconds: float, time: float, shut: Collection[int]) -> None:
         for touch in touches:
+            # A panel counts even after the hand has left it, for the robot has set it in motion.
             if touch.kind in ("robot", "panel") and touch.speed > STRIKE_SPEED:
                 self._account.strikes += self._strikes.is_over(time)
         if not any(touch.part or touch.kind == "robot" for touch in touches):
