@@ -139,7 +139,7 @@ def _annotation(kind: Any) -> str:
 
 def _default(value: Any) -> str:
     """Its representation, unless that is long or has an address in it."""
-    text = repr(value)
+    text = f"{value:.6g}" if isinstance(value, float) else repr(value)
     return text if len(text) <= 30 and "<" not in text else "..."
 
 

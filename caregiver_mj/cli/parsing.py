@@ -31,6 +31,7 @@ from caregiver_mj.robot.embodiments import EMBODIMENTS
 
 BEST = "best"  # stands for the number of an episode
 CAREGIVER = RULE[0]  # default of all commands
+ONE_CAREGIVER = "caregiver or policy (see `list caregivers` and `evaluate --help`)"  # help
 # Options that belong together, for `add`.
 CHILDREN_OPTIONS = ("--children", "--child", "--child-speed")  # without --epsilon, for `read_family`
 QUERIES = ("--base-url", "--max-calls", "--max-tokens", "--patience", "--thinking", "--frames")  # for `read_queries`
@@ -73,7 +74,7 @@ def _options() -> dict[str, dict[str, Any]]:
             "speed of children: toddlers 0.25 to 0.8 (default: 1.6 km/h)",
             type=float, default=WALKING_SPEED, metavar="M_PER_S",
         ),
-        "--caregiver": of(caregivers(), default=CAREGIVER, metavar="NAME"),
+        "--caregiver": of(ONE_CAREGIVER, default=CAREGIVER, metavar="NAME"),
         "--embodiment": of(
             f"the robot in the house: {', '.join(EMBODIMENTS)}, {yours}", default=DEFAULT, metavar="NAME"
         ),

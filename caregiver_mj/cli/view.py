@@ -66,7 +66,7 @@ def add_view(command: argparse.ArgumentParser) -> None:
         "Show an episode of the run that `evaluate` does with the same seed, children and caregiver: in a window of "
         "MuJoCo's, or in a browser. Ctrl-C ends it."
     )
-    who = f"who acts: {_PLAYERS}, controlled by keys, {parsing.caregivers()}"
+    who = f"{_PLAYERS}, controlled by keys, or {parsing.ONE_CAREGIVER}"
     parsing.add(command, *parsing.WHERE)
     parsing.add(command, "--caregiver", help=who)
     parsing.add(command, "--embodiment")
