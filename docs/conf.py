@@ -1,6 +1,7 @@
 """Settings of `scripts/docs`. Neither the build nor a page fetches anything."""
 
 import pathlib
+import re
 import sys
 
 import caregiver_mj
@@ -32,12 +33,14 @@ html_theme_options = {"footer_icons": []}
 _INCLUDED = {"(../examples/README.md)": "(guide/examples.md)"}
 
 
-def _redirect(app, docname, source):
-    """Point links to included files at the pages that include them; on a source host they stay as they are."""
+def _prepare(app, docname, source):
+    """Point links to included files at the pages that include them; keep each interval in a table on one line."""
     for elsewhere, here in _INCLUDED.items():
         source[0] = source[0].replace(elsewhere, here)
+    whole = "\\1\N{NO-BREAK SPACE}to\N{NO-BREAK SPACE}\\2"
+    source[0] = re.sub(r"^\|.*", lambda row: re.sub(r"(\(\S+) to (\S+\))", whole, row[0]), source[0], flags=re.M)
 
 
 def setup(app):
-    """Connect the redirection of links."""
-    app.connect("source-read", _redirect)
+    """Connect the preparation of sources."""
+    app.connect("source-read", _prepare)

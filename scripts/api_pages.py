@@ -97,10 +97,10 @@ def _object(name: str, one: Any) -> Iterator[str]:
 
 
 def _members(kind: type) -> Iterator[str]:
-    """A line for each public method and property of a class's own that has a docstring."""
+    """A line for each public method and property of a class's own that has a docstring of its own."""
     for name, one in vars(kind).items():
         function = one.__func__ if isinstance(one, classmethod | staticmethod) else one
-        if name.startswith("_") or not inspect.getdoc(function):
+        if name.startswith("_") or not function.__doc__:
             continue
         if isinstance(function, property | functools.cached_property):
             yield f"- `{name}`: {_summary(function)}"
@@ -139,7 +139,7 @@ def _annotation(kind: Any) -> str:
 
 def _default(value: Any) -> str:
     """Its representation, unless that is long or has an address in it."""
-    text = repr(value)
+    text = f"{value:.6g}" if isinstance(value, float) else repr(value)
     return text if len(text) <= 30 and "<" not in text else "..."
 
 

@@ -253,7 +253,7 @@ def _default(one: argparse.Action) -> str:
     if one.default is None or one.default is False:
         return ""
     values = one.default if isinstance(one.default, list | tuple) else [one.default]
-    return " ".join(f"`{value}`" for value in values)
+    return " ".join(f"`{value:.3g}`" if isinstance(value, float) else f"`{value}`" for value in values)
 
 
 TABLES: dict[str, Callable[[], str]] = {

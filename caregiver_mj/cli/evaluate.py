@@ -47,8 +47,8 @@ def add_evaluate(command: argparse.ArgumentParser) -> None:
     """Add the options of `evaluate`."""
     command.set_defaults(run=_run)
     command.description = (
-        "Run every caregiver with every child, or family of children, in every house. Episode i has the same children "
-        "under all caregivers."
+        "Run every caregiver with every child group in every house. Episode i has the same children under all "
+        "caregivers."
     )
     command.add_argument(
         "--world", choices=WORLDS, default="house", help="the physical house, or the grid of the paper"
@@ -146,7 +146,7 @@ def add_paper(command: argparse.ArgumentParser) -> None:
         "Run the paper's experiment in the grid of house `paper`, and print its Tables I and II beside the paper's own "
         "numbers, with 95 % intervals, deviations and their known causes."
     )
-    command.add_argument("--episodes", type=int, default=1000, metavar="N", help="number of episodes for each cell")
+    command.add_argument("--episodes", type=int, default=1000, metavar="N", help="number of episodes for each epsilon")
     parsing.add(command, "--seed", *parsing.WORKERS)
     parsing.add(command, "--json", help="print the tables as JSON only")
 

@@ -31,6 +31,7 @@ from caregiver_mj.robot.embodiments import EMBODIMENTS
 
 BEST = "best"  # stands for the number of an episode
 CAREGIVER = RULE[0]  # default of all commands
+ONE_CAREGIVER = "caregiver or policy (see `list caregivers` and `evaluate --help`)"  # help
 # Options that belong together, for `add`.
 CHILDREN_OPTIONS = ("--children", "--child", "--child-speed")  # without --epsilon, for `read_family`
 QUERIES = ("--base-url", "--max-calls", "--max-tokens", "--patience", "--thinking", "--frames")  # for `read_queries`
@@ -52,13 +53,13 @@ def _options() -> dict[str, dict[str, Any]]:
     def of(text: str, **keywords: Any) -> dict[str, Any]:
         return {"help": text, **keywords}
 
-    yours, until = "or yours as module:object", "of the run and its resumptions, after which they abstain"
+    yours, until = "or yours as module:object", "resumed runs included; then they abstain"
     damage = f"damage of collisions with {', '.join(DamageWeights())}: stairwell=5,mug=5, or 5:4:1 for the first three"
     sets = f"several houses: {', '.join(SETS)} (see `list sets`), or names and files"
-    several = "number of children: a single epsilon then applies to each, and a list must have K"
+    several = "number of children; each has the epsilon given, or a list has K values"
     behaviours = f"behaviour of children without a name in --epsilon: {' '.join(CHILDREN)}, {yours}"
     thinking = "whether simulated time waits for answers of models and servers (default), or continues"
-    strangers = "also run code that the files name outside the package and installed plug-ins: module:object, servers"
+    strangers = "also run code (module:object) and query servers that the files name"
     queries = Queries()
     return {
         "--house": of(houses(), default="paper", metavar="NAME|FILE"),
@@ -73,7 +74,7 @@ def _options() -> dict[str, dict[str, Any]]:
             "speed of children: toddlers 0.25 to 0.8 (default: 1.6 km/h)",
             type=float, default=WALKING_SPEED, metavar="M_PER_S",
         ),
-        "--caregiver": of(caregivers(), default=CAREGIVER, metavar="NAME"),
+        "--caregiver": of(ONE_CAREGIVER, default=CAREGIVER, metavar="NAME"),
         "--embodiment": of(
             f"the robot in the house: {', '.join(EMBODIMENTS)}, {yours}", default=DEFAULT, metavar="NAME"
         ),
@@ -81,8 +82,8 @@ def _options() -> dict[str, dict[str, Any]]:
         "--episode": of("number of the episode in that run", type=int, default=0, metavar="N"),
         "--sight": of("what the caregiver sees: all, walls, camera or rooms:N", default="all"),
         "--base-url": of("address of chat:MODEL; its key is in OPENAI_API_KEY", metavar="URL"),
-        "--max-calls": of(f"requests to models and servers {until}", type=int, metavar="N"),
-        "--max-tokens": of(f"tokens of models {until}", type=int, metavar="N"),
+        "--max-calls": of(f"most requests to models and servers, {until}", type=int, metavar="N"),
+        "--max-tokens": of(f"most tokens of models, {until}", type=int, metavar="N"),
         "--patience": of(
             "seconds for an answer of a model or server", type=float, default=queries.patience, metavar="S"
         ),

@@ -44,7 +44,7 @@ def add_record(command: argparse.ArgumentParser) -> None:
     command.add_argument("--task", default="supervise", help=f"{', '.join(TASKS)}, or {TARGETS}: interventions only")
     command.add_argument("--world", choices=("house", "grid"), default="house", help="the grid has targets only")
     parsing.add(command, *parsing.WHERE)
-    parsing.add(command, "--caregiver", help=f"who acts: {RANDOM}, {parsing.caregivers()}")
+    parsing.add(command, "--caregiver", help=f"{RANDOM}, or {parsing.ONE_CAREGIVER}")
     parsing.add(command, "--embodiment", "--seed", *parsing.QUERIES)
     command.add_argument("--episodes", type=int, default=10, metavar="N", help="number of episodes")
     longest = "greatest length of an episode (default: the task's)"

@@ -56,7 +56,7 @@ def add_render(command: argparse.ArgumentParser) -> None:
     large = f"the large view: {AUTO} (default), the house and a close shot of what happens, or {', '.join(CAMERAS)}"
     command.add_argument("--camera", default=AUTO, metavar="NAME", help=large)
     command.add_argument("--out", required=True, metavar="FILE", help="film to write: .mp4, .gif or .webp")
-    command.add_argument("--still", metavar="FILE.png", help="image to write of a telling moment")
+    command.add_argument("--still", metavar="FILE.png", help="image of a decisive moment to write")
 
 
 def add_view(command: argparse.ArgumentParser) -> None:
@@ -66,7 +66,7 @@ def add_view(command: argparse.ArgumentParser) -> None:
         "Show an episode of the run that `evaluate` does with the same seed, children and caregiver: in a window of "
         "MuJoCo's, or in a browser. Ctrl-C ends it."
     )
-    who = f"who acts: {_PLAYERS}, who play with the keys that are shown, {parsing.caregivers()}"
+    who = f"{_PLAYERS}, controlled by keys, or {parsing.ONE_CAREGIVER}"
     parsing.add(command, *parsing.WHERE)
     parsing.add(command, "--caregiver", help=who)
     parsing.add(command, "--embodiment")
