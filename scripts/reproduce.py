@@ -24,12 +24,14 @@ import time
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 
-from caregiver_mj.experiments.provenance import OWN, source_digest
+from caregiver_mj.experiments.provenance import OWN, code, source_digest
 from study import MARK
 
 ROOT = pathlib.Path(__file__).parents[1]
 MANIFEST = pathlib.Path(__file__).with_name("manifest.toml")
 _LAST = ("scripts/study.py results --docs {docs}", "scripts/paper_figures.py --docs {docs}")
+# Commands that only show what others have run, as `cli` and `viz` do in the package.
+_SHOW = ("scripts/study.py results", "scripts/leaderboard_page.py", "examples/learning_page.py")
 _TABLE_END = "<!-- end -->"
 _PLACE = re.compile(r" --[\w-]+(?: \S*\{\w+\}\S*)+| --resume")  # options that say where or how, not what
 
@@ -64,7 +66,7 @@ class Entry:
         for command, _ in self.run:
             found.update(command.encode())
         for file in sorted({file for command, _ in self.run for file in _files(command)}):
-            found.update(file.read_bytes())
+            found.update(code(file))
         return found.hexdigest()[:12]
 
     @property
@@ -90,8 +92,10 @@ def read_manifest(path: pathlib.Path = MANIFEST) -> dict[str, Entry]:
 
 
 def _files(command: str) -> Iterator[pathlib.Path]:
-    """Yield the scripts and study that a command runs."""
+    """Yield the script or study that a command runs, if it decides rows."""
     script, *words = shlex.split(command)
+    if command.startswith(_SHOW):
+        return
     if script == "scripts/study.py":
         yield ROOT / "scripts/studies" / f"{words[0]}.py"
     elif script.endswith(".py"):

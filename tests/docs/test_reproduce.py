@@ -73,6 +73,14 @@ def test_a_digest_is_of_the_world_the_studies_and_the_commands(monkeypatch, tmp_
     first = entry().digest
     assert entry(minutes=9, pages=("other.md",)).digest == first
     others = {entry(world="house").digest, entry(run=(("scripts/study.py coverage --samples 1", ""),)).digest}
+    study.write_text("a = 1  # a comment\n")
+    assert entry().digest == first
+    runs = ("scripts/study.py coverage", ""), ("scripts/study.py results", "")  # the second shows what others have run
+    shows = tmp_path / "scripts/studies/results.py"
+    shows.write_text("words = 1\n")
+    shown = entry(run=runs).digest
+    shows.write_text("words = 2\n")
+    assert entry(run=runs).digest == shown
     study.write_text("a = 2\n")
     assert len({first, *others, entry().digest}) == 4
 
