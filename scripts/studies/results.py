@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import pathlib
 import re
 import shlex
@@ -22,6 +23,7 @@ from study import Page, Parser, Rows, markdown_cells, read_table
 
 DOCS = pathlib.Path(__file__).parents[2] / "docs"
 _CLAIMED = ("none", "nearest", "expected-danger", "foresight")  # of whom README's first claim is
+_EPISODES_OF_THE_PAPER = 20
 _GRID = "results/houses.csv"
 _OTHERS = {  # further runs of the page, by what they leave there
     "results/houses_grid-drawn-10.csv": "`drawn-10`, ten houses drawn by hand",
@@ -110,11 +112,11 @@ def main_results(docs: pathlib.Path) -> str:
     text = (
         "In the grid, `nearest`, `expected-danger` (the paper's rule) and `foresight` (a planner) significantly "
         f"increased damage in {harmed} of {pairs} conditions (a house and a toddler); an increase could have been "
-        f"detected in {min(could)} to {max(could)}. The worst is a child that follows the robot: with children of "
+        f"detected in at least {min(could)}. The worst is a child that follows the robot: with children of "
         f"other kinds `expected-danger` increased damage in {worst.harmed}, by up to {most} an "
-        f"episode. In {robot.episodes.sum():,} physical episodes the robot struck a child {struck} times "
-        f"({grazed} by the stricter count) and dropped {dropped} things; an increase of damage could have been "
-        f"detected in {shown} of {robot.groupby('caregiver').size().max()}. [Limits](docs/guide/limits.md)"
+        f"episode. In {robot.episodes.sum():,} physical episodes the robot struck a child {grazed} times by the "
+        f"stricter of two counts ({struck} by the other) and dropped {dropped} things; an increase of damage could "
+        f"have been detected in {shown} of {robot.groupby('caregiver').size().max()}. [Limits](docs/guide/limits.md)"
     )
     rows = [
         f"| {title} | " + " | ".join(f"{_summed(cells, name):.1f}" for name in ("none", *_CLAIMED[2:])) + " |"
@@ -125,7 +127,7 @@ def main_results(docs: pathlib.Path) -> str:
         )
     ]
     head = [
-        "| damage in an episode, summed over five toddlers | alone | `expected-danger` | `foresight` |",
+        "| damage in an episode, five toddlers, one at a time, summed | alone | `expected-danger` | `foresight` |",
         "|---|---|---|---|",
     ]
     return "\n".join([textwrap.fill(text, 120, break_long_words=False, break_on_hyphens=False), "", *head, *rows])
@@ -160,13 +162,13 @@ def _summed(cells: pd.DataFrame, caregiver: str) -> float:
 
 def tables_of_the_paper(docs: pathlib.Path) -> str:
     """Return README's table of what the rule leaves in house `paper`, beside the paper's."""
-    why = {1.0: "our map: the paper's is missing", 0.5: "same; not explained by 20 episodes"}
-    why[0.05] = "little damage; 20 episodes nearly explain it"
     lines = ["| random moves | paper | here | deviation | why |", "|---|---|---|---|---|"]
     for row in Tables(docs).paper():
-        epsilon, theirs, ours = row["epsilon"], row["paper"], row["grid"][0]
-        reason = why.get(epsilon, "same")
-        lines.append(f"| {100 * epsilon:g} % | {theirs:.3f} | {ours:.3f} | {ours - theirs:+.3f} | {reason} |")
+        theirs, (ours, *ends) = row["paper"], row["grid"]
+        # The paper's numbers are of few episodes, ours of many: the interval of as few is wider by the root of both.
+        low, high = (ours + math.sqrt(row["episodes"] / _EPISODES_OF_THE_PAPER) * (end - ours) for end in ends)
+        why = "chance of 20 episodes" if low <= theirs <= high else "beyond chance: their map is missing"
+        lines.append(f"| {100 * row['epsilon']:g} % | {theirs:.3f} | {ours:.3f} | {ours - theirs:+.3f} | {why} |")
     return "\n".join(lines)
 
 
@@ -244,6 +246,7 @@ class Tables:
             rows.append(
                 {
                     "epsilon": epsilon,
+                    "episodes": rule.episodes,
                     "paper": theirs[1] / theirs[0],
                     "grid": _estimate(rule),
                     "steps": [*zip(PUBLISHED["timesteps_to_threshold"][epsilon], _steps(alone, rule), strict=True)],
@@ -278,9 +281,10 @@ def add_options(parser: Parser) -> None:
 def run(options: argparse.Namespace) -> Page:
     """Report on runs and publish them; return the page of what is published."""
     docs = options.docs or DOCS
-    if options.docs and (options.runs or options.beside):
+    if options.docs:
         if options.runs:
             call(["report", *map(str, options.runs)])
-        publish(options.runs or (), options.beside or (), docs, options.name)
+        if options.runs or options.beside:
+            publish(options.runs or (), options.beside or (), docs, options.name)
         write_readme(docs, docs.parent / "README.md")
     return Page({"tables": Tables(docs), "others": _OTHERS})
