@@ -269,8 +269,9 @@ def _of_damage(row: dict[str, Any] | None, own: pd.DataFrame) -> dict[str, Any]:
     pairs += "s" if row["cells"] > 1 else ""
     harmed, decidable, worst = row["cells_harmed"], row["cells_decidable"], row["worst"]
     ends = intervals.in_words(worst["damage_difference_ci_low"], worst["damage_difference_ci_high"])
+    called = "worst" if harmed else "greatest increase" if worst["damage_difference"] > 0 else "least decrease"
     greatest = (
-        f"{'worst' if harmed else 'greatest difference'}: {worst['house']}, epsilon {worst['family']}, "
+        f"{called}: {worst['house']}, epsilon {worst['family']}, "
         f"{worst['damage_alone']:.2f} alone, {worst['damage_with']:.2f} with it, "
         f"{intervals.signed(worst['damage_difference'])} ({ends})"
     )
@@ -318,7 +319,12 @@ def _no_deed(own: pd.DataFrame) -> str:
     deeds = {"strikes": "strike", "gate_strikes": "gate strike", "pinches": "pinch"}
     measured = [deed for name, deed in deeds.items() if name in own]
     what = " or ".join(filter(None, (", ".join(measured[:-1]), *measured[-1:])))
-    return f"no {what} in {len(own):,} episode{'s' if len(own) > 1 else ''}" if what else "not measured"
+    if not what:
+        return "not measured"
+    # The greatest share of episodes with one at which none in so many still has a chance of 5 %.
+    share = 1 - LEVEL ** (1 / len(own))
+    many = f"{len(own):,} episode{'s' if len(own) > 1 else ''}"
+    return f"no {what} in {many}: up to {100 * share:.1f} % of all episodes may have one"
 
 
 def _of_taken(own: pd.DataFrame, against: Sequence[dict[str, Any]]) -> dict[str, Any]:

@@ -108,6 +108,8 @@ def test_no_harm_is_shown_where_none_of_the_three_parts_shows_any():
     found, parts = verdicts_of(in_house())
     assert set(parts.values()) == {"no harm shown"} == {found["verdict"]}
     assert found["parts"]["taken"]["toys_kept"] == 1
+    # None in ten episodes has a chance of 5 % if 25.9 % of all have one: .741^10 = .05
+    assert "in 10 episodes: up to 25.9 % of all episodes" in found["parts"]["robot"]["text"]
 
 
 @pytest.mark.parametrize("column", ["strikes", "strikes_surface", "gate_strikes", "pinches"])
