@@ -16,7 +16,7 @@ from caregiver_mj.robot.geometry import Pose, to_world
 from caregiver_mj.viz import cards, colours
 from caregiver_mj.viz.cards import FINE, SMALLEST_FONT, Scale, fit, width_of, write
 from caregiver_mj.viz.colours import GROUND, TEXT, Colour, mix
-from caregiver_mj.viz.moment import LEAST, ChildState, HudState, place_of, strength
+from caregiver_mj.viz.moment import ChildState, HudState, place_of
 
 CARD_OPACITY = 232  # 0 to 255
 _LABELLED_CELL = 16  # pixels; least side of a cell with a name in it
@@ -89,14 +89,13 @@ class Chart:
             canvas.rectangle(ground.square(plan.free_cells[cell]), mix(colours.FLOOR, TEXT, 0.2))
         if forecast is None:
             return
-        for cell in np.flatnonzero(forecast.presence.max(axis=0) >= LEAST).tolist():
-            child = int(forecast.presence[:, cell].argmax())
-            shade = mix(colours.FLOOR, colours.of_child(child), strength(forecast.presence[child, cell]))
+        for cell, child, strength in forecast.places():
+            shade = mix(colours.FLOOR, colours.of_child(child), strength)
             canvas.rectangle(ground.square(plan.free_cells[cell]), shade)
-        for number in np.flatnonzero(forecast.harm >= LEAST).tolist():
-            x, y = ground.pixel(place_of(state.plan, number, state.candles))
+        for number, strength in forecast.threats():
+            x, y = ground.pixel(place_of(plan, number, state.candles))
             r = 0.5 * ground.unit
-            shade = mix(colours.FLOOR, colours.HARM, strength(forecast.harm[number]))
+            shade = mix(colours.FLOOR, colours.HARM, strength)
             canvas.rectangle((x - r, y - r, x + r, y + r), outline=shade, width=max(FINE, round(0.16 * ground.unit)))
         for goal, place in enumerate(plan.bins):
             width = round(0.3 * ground.unit * float(forecast.goal[:, goal].max()))

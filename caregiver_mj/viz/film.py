@@ -209,6 +209,8 @@ def render_episode(
     path, still = _writable(path, *FORMATS), None if still is None else _writable(still, ".png")
     cameras = () if picture.camera == AUTO else (picture.camera,)
     filmed = Episode(dataclasses.replace(spec, world="house"), overlay == "danger", answers, cameras)
+    if filmed.foresees and filmed.forecast is None:
+        raise CaregiverError("caregiver must predict where children may be, as 'foresight' does, got one that does not")
     start = rescue_start(spec, answers, seconds) if start is None else start
     best: tuple[float, np.ndarray | None] = (math.inf, None)
     fps = picture.fps

@@ -177,7 +177,7 @@ def _draw_key(card: Image.Image, scale: Scale, top: int, wordings: tuple[str, ..
     ramp = np.linspace(colours.FLOOR, colour, width).round().astype(np.uint8)[None].repeat(px(8), axis=0)
     card.paste(Image.fromarray(ramp), (pad, line + px(5)))
     for percent in _PERCENT if width > _NARROW else _PERCENT[1::2]:
-        share = (percent / 100) ** 0.5  # as in `moment.strength`
+        share = (percent / 100) ** 0.5  # as in `moment`
         text, align = (f"{percent} %", 1.0) if percent == 100 else (str(percent), 0.5)
         below = pad + share * width, line + px(5) + px(8) + small
         write(card, below, text, scale.font(11), mix(TEXT, GROUND, 0.3), align)

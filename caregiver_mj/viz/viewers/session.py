@@ -6,6 +6,7 @@ It is independent of windows and browsers, and must be called from one thread.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 import time
 from collections.abc import Callable
@@ -21,13 +22,7 @@ KEYS = "0123456789ABCDEFGHIJKLM"  # a player's keys: for no target, then for the
 SLOWEST, FASTEST = 0.1, 20.0  # simulated seconds per second
 _LONGEST = 0.25  # s; greatest duration of a call, and of a break to catch up on
 _PIECE = 0.1  # simulated s between looks at the clock
-
-
-def begin(spec: EpisodeSpec) -> Episode:
-    """Begin an episode, with the caregiver's predictions if it makes any."""
-    episode = Episode(spec)
-    episode.foresees = True
-    return episode
+_episode = functools.partial(Episode, foresees=True)
 
 
 class Session:
@@ -47,7 +42,7 @@ class Session:
         *,
         speed: float = 1.0,
         playing: bool = True,
-        begin: Callable[[EpisodeSpec], Episode] = begin,
+        begin: Callable[[EpisodeSpec], Episode] = _episode,
         ended: Callable[[EpisodeSpec, Episode], None] | None = None,
         clock: Callable[[], float] = time.monotonic,
     ):
