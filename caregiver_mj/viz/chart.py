@@ -35,10 +35,10 @@ class Chart:
 
         An `alone` chart fills the frame, and has a longer caption.
         """
-        scale = Scale.of(height)
+        scale = Scale(height)
         rows, columns = plan.shape
         self._pad, margin = scale.px(8), scale.px(12)
-        self._small = scale.font(13)
+        self._small = scale.small
         caption, self._alone = self._small + scale.px(10), alone
         room = cards.side(width, height) - 2 * self._pad, 0.36 * height
         if alone:

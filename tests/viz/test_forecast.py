@@ -32,11 +32,12 @@ def forecast(presence=None, harm=(0.0, 0.0, 0.0), goal=(1.0,)):
 def test_inset_plan_and_legend_share_a_free_part_of_the_frame(width, height, foresees, row):
     top, plan = hud.strip_top(width, height), FORTY if row else PLAN
     free = (0, top // 2, width, top) if row else (round(0.7 * width), 0, width, top)
-    across, down = hud.free_inset_size(width, height, free, plan, foresees)
+    column, below = (0, top - top // 2) if row else (width - free[0], 0)
+    across, down = hud.layout(plan, width, height, foresees, column, below).inset
     cells = Forecast(np.zeros((1, len(plan.free_cells))), np.zeros(len(plan.hazards)), np.zeros((1, 1)), np.zeros(1))
     moment = state(plan, danger=None, target=-1, mark=None, forecast=cells if foresees else None)
     white = frame(width, height) // 255 + 255
-    drawn = hud.draw(white, moment, [("seen", np.full((down, across, 3), (255, 0, 0), np.uint8))], free)
+    drawn = hud.draw(white, moment, [("seen", np.full((down, across, 3), (255, 0, 0), np.uint8))], column, below)
     mask = changed(drawn, white)[:top]
     mask[-(height // 60) - 1 :] = False  # the strip's upper corners
     left, above, _, _ = spread(mask)
@@ -44,7 +45,7 @@ def test_inset_plan_and_legend_share_a_free_part_of_the_frame(width, height, for
     assert above >= free[1]
     red = (drawn == (255, 0, 0)).all(axis=2).sum()
     assert red > 0.85 * across * down  # but for its rim and its caption; nothing covers it
-    alone = hud.draw(white, moment, free=free)  # the rest stays where it is
+    alone = hud.draw(white, moment, column=column, row=below)  # the rest stays where it is
     others = changed(alone, white)
     np.testing.assert_array_equal(alone[others], drawn[others])
     assert across * down > 0.1 * (free[2] - free[0]) * (free[3] - free[1])
