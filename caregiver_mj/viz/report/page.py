@@ -81,7 +81,7 @@ def write_report(
         films = ((path, path.name) for path in ([pathlib.Path(film)] if film else there))
     on_page = next(({"name": caption, "data": _film_data(path)} for path, caption in films), None)
     sections, beside = [section(run) for run in runs], left.side_by_side(runs)
-    several, cited = (any(part[what] for part in sections) for what in ("several", "cited"))
+    several = any(run.several for run in runs)
     environment = _environment()
     environment.globals |= {
         "sections": sections,
@@ -89,7 +89,7 @@ def write_report(
         "paper": PAPER,
         "nearest_is_the_rule": any(map(nearest_is_the_rule, runs)),
         "harm_is": HOW,
-        "cited": cited,
+        "cited": any(run.cited for run in runs),
         "several": several,
         "nouns": SEVERAL if several else SINGLE,
         "number": number,
@@ -136,31 +136,25 @@ def _environment() -> jinja2.Environment:
 
 def section(run: Run) -> dict[str, Any]:
     """Return the parts of a run's section by name; `pictures` has the pictures of all parts."""
-    parts = {
-        "left": left.left(run),
-        "kinds": left.kinds(run),
-        "child": tables.child(run),
-        "charts": left.charts(run),
-        "maps": left.maps(run) if run.houses == 1 else [],
-    }
-    pictures = [
-        picture for part in parts.values() if part for picture in (part["pictures"] if isinstance(part, dict) else part)
-    ]
-    return parts | {
+    found, kinds, child = left.left(run), left.kinds(run), tables.child(run)
+    charts, maps = left.charts(run), left.maps(run) if run.houses == 1 else []
+    return {
         "run": run,
-        "nouns": run.nouns,
-        "several": run.several,
-        "cited": run.cited,
-        # A single episode does not bound the mean.
-        "bounded": any(row["damage_ci_high"] is not None for row in run.summary["rows"]),
         "harm": tables.harm(run),
         "headline": headline(run),
+        "left": found,
+        "kinds": kinds,
+        "child": child,
+        "charts": charts,
+        "maps": maps,
+        "pictures": [*found["pictures"], *kinds["pictures"], *child["pictures"], *charts, *maps],
+        # A single episode does not bound the mean.
+        "bounded": any(row["damage_ci_high"] is not None for row in run.summary["rows"]),
         "contacts": tables.contacts(run),
         "published": [tables.damage_table(run), tables.timesteps_table(run)],
         "comparison": tables.comparison_table(run),
         "children": tables.children_table(run),
         "measures": tables.measures_tables(run),
-        "pictures": pictures,
     }
 
 
