@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from caregiver_mj.viz.colours import GROUND, Colour
+from caregiver_mj.viz.colours import Colour
 
 LABEL, TRACK = (158, 168, 182), (56, 64, 78)  # colours of labels, and of the empty part of a gauge
 Box = tuple[int, int, int, int]  # left, top, right, bottom, in pixels
@@ -19,11 +19,11 @@ _DESIGN_HEIGHT = 720  # pixels; height of the frame for which lengths are design
 
 
 @functools.lru_cache(maxsize=16)
-def card(size: tuple[int, int], radius: int, opacity: int) -> tuple[Image.Image, Image.Image]:
-    """Return a dark card with round corners, and its opacity, 0 to 255. Do not draw on them: they are cached."""
-    mask = Image.new("L", (size[0] * FINE, size[1] * FINE))
-    ImageDraw.Draw(mask).rounded_rectangle((0, 0, mask.width - 1, mask.height - 1), radius * FINE, fill=opacity)
-    return Image.new("RGB", size, GROUND), mask.reduce(FINE)
+def mask(size: tuple[int, int], radius: int, opacity: int) -> Image.Image:
+    """Return the mask of a card with round corners, with an opacity from 0 to 255. Do not draw on it: it is cached."""
+    fine = Image.new("L", (size[0] * FINE, size[1] * FINE))
+    ImageDraw.Draw(fine).rounded_rectangle((0, 0, fine.width - 1, fine.height - 1), radius * FINE, fill=opacity)
+    return fine.reduce(FINE)
 
 
 def put(frame: np.ndarray, box: Box, paint: Callable[[Image.Image], None]) -> None:

@@ -48,9 +48,9 @@ class Chart:
         left, top = ((width - size[0]) // 2, (height - size[1]) // 2) if alone else (margin, margin)
         self.box = (left, top, left + size[0], top + size[1])
         self._caption = size[1] - scale.px(10)
-        card, self._opacity = cards.card(size, scale.px(10), 255 if alone else CARD_OPACITY)
+        self._mask = cards.mask(size, scale.px(10), 255 if alone else CARD_OPACITY)
         self._ground = GroundPlan(plan, cell, self._pad)
-        self._still = self._ground.draw(card)
+        self._still = self._ground.draw(Image.new("RGB", size, GROUND))
 
     def draw(self, image: Image.Image, state: HudState) -> None:
         fine = self._still.copy()
@@ -59,7 +59,7 @@ class Chart:
         if self._ground.cell >= _LABELLED_CELL:
             self._write_names(chart, state)
         self._write_caption(chart, state)
-        image.paste(chart, mask=self._opacity)
+        image.paste(chart, mask=self._mask)
 
     def _draw_moving(self, canvas: ImageDraw.ImageDraw, state: HudState) -> None:
         self._draw_floor(canvas, state)

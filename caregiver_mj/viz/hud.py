@@ -146,8 +146,7 @@ def _draw_inset(image: Image.Image, caption: str, picture: np.ndarray, scale: Sc
 
 
 def _draw_legend(image: Image.Image, forecast: Forecast, scale: Scale) -> None:
-    card, opacity = cards.card(image.size, scale.px(10), CARD_OPACITY)
-    card, one = card.copy(), len(forecast.epsilon) == 1
+    card, one = Image.new("RGB", image.size, GROUND), len(forecast.epsilon) == 1
     small, pad, who = scale.small, scale.px(10), "child" if one else "children"
     child = f"{who} here within {SOON} timesteps", f"{who}, {SOON} timesteps"
     _draw_key(card, scale, pad, child, colours.of_child(0) if one else TEXT)
@@ -156,7 +155,7 @@ def _draw_legend(image: Image.Image, forecast: Forecast, scale: Scale) -> None:
     epsilons = ", ".join(f"{epsilon:.2f}" for epsilon in forecast.epsilon)
     wordings = f"it believes in epsilon {epsilons}", f"believed epsilon {epsilons}"
     write(card, (pad, card.height - pad), fit(wordings, small, card.width - 2 * pad), small, TEXT)
-    image.paste(card, mask=opacity)
+    image.paste(card, mask=cards.mask(image.size, pad, CARD_OPACITY))
 
 
 def _key_height(scale: Scale) -> int:
@@ -216,8 +215,7 @@ def _draw_strip(frame: np.ndarray, state: HudState) -> None:
     px = scale.px
 
     def paint(image: Image.Image) -> None:
-        card, opacity = cards.card(image.size, px(10), _STRIP_OPACITY)
-        image.paste(card, mask=opacity)
+        image.paste(GROUND, mask=cards.mask(image.size, px(10), _STRIP_OPACITY))
         left, right, top = px(16), image.width - px(16), px(14)
         for draw, start, end in (
             (_draw_gauges, left, left + px(220)),

@@ -165,7 +165,7 @@ def colours(browser):
 @pytest.fixture(scope="module")
 def viewer(house):
     spec = EpisodeSpec(FloorPlan.load(house), "1,.25", "none", file=house)
-    with contextlib.closing(web.WebViewer(Session(spec, playing=False), port=0)) as viewer:
+    with contextlib.closing(web.WebViewer(Session(spec, playing=False), "127.0.0.1", 0, 20.0)) as viewer:
         yield viewer
 
 
