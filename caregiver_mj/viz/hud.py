@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -259,11 +259,14 @@ def _gauges(image: Image.Image, area: Area, top: int, children: tuple[ChildState
         number, colour = str(place + 1), colours.of_child(place)
         write(image, (left, line), number, small, colour)
         room = right - left - width_of(f"{number} ", small)
-        wordings = [] if child.safe is None else [f"{child.safe:.2f}", f"{child.safe:.2f}", f"{child.safe:.1f}"]
-        wordings[1:] = (wording.lstrip("0") for wording in wordings[1:])
-        value = next((wording for wording in wordings if width_of(wording, small) <= room), "")
+        safe, coarse = ("", "") if child.safe is None else (f"{child.safe:.2f}", f"{child.safe:.1f}")
+        value = _first_fit((safe, safe.lstrip("0"), coarse.lstrip("0")), small, room)
         write(image, (right, line), value, small, TEXT, align=1)
         _bar(image, area, line, left, right, child.safe or 0.0, colour)
+
+
+def _first_fit(texts: Iterable[str], size: int, width: int) -> str:
+    return next((text for text in texts if width_of(text, size) <= width), "")
 
 
 def _bar(image: Image.Image, area: Area, line: int, left: int, right: int, share: float, colour: Colour) -> None:
@@ -277,19 +280,20 @@ def _draw_bars(image: Image.Image, area: Area, state: HudState) -> None:
     danger = np.empty(0) if state.danger is None else np.asarray(state.danger, float)
     if not len(danger):
         return
+    px, small = area.scale.px, area.scale.small
     unsafe = danger if state.unsafe_danger is None else np.asarray(state.unsafe_danger, float)
     shown = _shown(area, unsafe, state.target)
     title = "EXPECTED DANGER" if len(shown) == len(danger) else f"EXPECTED DANGER, {len(shown)} OF {len(danger)}"
     titles = (title,) if state.unsafe_danger is None else (f"{title}   outlined: if surely unsafe", title)
     write(
         image,
-        (area.left, area.top + area.scale.small),
-        fit(titles, area.scale.small, area.width),
-        area.scale.small,
+        (area.left, area.top + small),
+        fit(titles, small, area.width),
+        small,
         LABEL,
     )
-    px, full = area.scale.px, max(_FULL_BAR, unsafe.max(), danger.max())
-    base, ceiling = area.bottom - area.scale.small - px(6), area.top + 2 * area.scale.small + px(6)
+    full = max(_FULL_BAR, unsafe.max(), danger.max())
+    base, ceiling = area.bottom - small - px(6), area.top + 2 * small + px(6)
     pitch = min(area.width / len(shown), px(84))
     width = min(round(pitch * 0.62), px(38))
     for place, number in enumerate(shown.tolist()):
@@ -305,11 +309,11 @@ def _draw_bars(image: Image.Image, area: Area, state: HudState) -> None:
         image.paste(colour, (left, top, right, base))
         if is_target:  # with its value above the bar, and its name on a bright ground
             value = f"{danger[number]:.2f}" if danger[number] >= 0.005 else "< 0.01" if danger[number] else ""
-            write(image, (middle, min(top, outline) - px(3)), value, area.scale.small, TEXT, align=0.5)
-            half = width_of(hazard.label, area.scale.small) // 2 + px(4)
+            write(image, (middle, min(top, outline) - px(3)), value, small, TEXT, align=0.5)
+            half = width_of(hazard.label, small) // 2 + px(4)
             image.paste(TEXT, (round(middle) - half, base + px(3), round(middle) + half, area.bottom + px(4)))
         ink = GROUND if is_target else LABEL
-        write(image, (middle, area.bottom), hazard.label, area.scale.small, ink, align=0.5)
+        write(image, (middle, area.bottom), hazard.label, small, ink, align=0.5)
 
 
 def _shown(area: Area, unsafe: np.ndarray, target: int) -> np.ndarray:
@@ -345,6 +349,6 @@ def _write_kinds(image: Image.Image, area: Area, x: int, damages: Mapping[str, f
     """Write the damage of each kind with any, right-aligned, as many as there is room for; dots stand for others."""
     done = sorted((item for item in damages.items() if item[1]), key=lambda item: -item[1])
     each = [f"{kind.capitalize()} {value:g}" for kind, value in done]
-    texts = ["   ".join(each), *("   ".join([*each[:count], "..."]) for count in range(len(each) - 1, 0, -1)), ""]
-    text = next(text for text in texts if not text or width_of(text, area.scale.small) <= area.right - x)
+    fewer = ([*each[:count], "..."] for count in range(len(each) - 1, 0, -1))
+    text = _first_fit(map("   ".join, [each, *fewer]), area.scale.small, area.right - x)
     write(image, (area.right, area.bottom), text, area.scale.small, LABEL, align=1)
