@@ -1,4 +1,4 @@
-"""The state shown in displays, with predictions; `Episode.hud_state` reads it from the house, `grid_state` the grid."""
+"""The state shown in displays, with predictions. `Episode.hud_state` reads it from the house, `grid_state` here."""
 
 from __future__ import annotations
 
