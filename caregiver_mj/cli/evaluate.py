@@ -155,8 +155,8 @@ def _run_paper(arguments: argparse.Namespace) -> None:
         executor.check(settings.code)
         result = evaluate_visibly(settings, None, executor, arguments)
 
-    from caregiver_mj.viz.report import Run  # takes seconds to import
-    from caregiver_mj.viz.report.page import causes
+    from caregiver_mj.viz.report import causes  # takes seconds to import
+    from caregiver_mj.viz.report.run import Run
 
     run = Run(pathlib.Path(), settings.record(), settings, result.episodes, result.maps, result.summary)
     tables = run.deviations()

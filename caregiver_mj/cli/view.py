@@ -128,7 +128,7 @@ def _view(arguments: argparse.Namespace) -> None:
     if on_linux and not (arguments.web or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise RenderingError("no display for a window: use `caregiver-mj view --web` and a browser")
 
-    from caregiver_mj.viz.viewers.session import Session  # takes seconds to import
+    from caregiver_mj.viz.viewers import Session  # takes seconds to import
 
     keep = None
     if arguments.out is not None:

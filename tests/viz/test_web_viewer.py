@@ -17,7 +17,7 @@ from PIL import Image
 from caregiver_mj import cli
 from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.viz.viewers.session import Session
+from caregiver_mj.viz.viewers import Session
 
 viser = pytest.importorskip("viser")
 web = pytest.importorskip("caregiver_mj.viz.viewers.web")

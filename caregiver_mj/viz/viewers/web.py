@@ -20,7 +20,7 @@ import numpy as np
 from caregiver_mj.errors import CaregiverError, MissingExtraError
 from caregiver_mj.viz.episode import Episode
 from caregiver_mj.viz.moment import Tile
-from caregiver_mj.viz.viewers.session import Session
+from caregiver_mj.viz.viewers import Session
 
 try:
     import trimesh
