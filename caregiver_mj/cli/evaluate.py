@@ -15,7 +15,7 @@ from caregiver_mj.caregivers.registry import RULE, check_acts_alone
 from caregiver_mj.caregivers.server import SCHEMES
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.cli import parsing
-from caregiver_mj.cli.runs import output, print_harm, print_rows, print_table
+from caregiver_mj.cli.runs import output, print_rows, print_summary
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import evaluation
 from caregiver_mj.experiments.run_folder import RunFolder, StorageError
@@ -81,15 +81,11 @@ def _run(arguments: argparse.Namespace) -> None:
         if arguments.out is not None:
             folder = RunFolder(arguments.out, settings.record(), resume=arguments.resume)
         result = evaluate_visibly(settings, folder, executor, arguments)
-        console = output(arguments.json)
-        print_table(result.summary, console)
-        print_harm(result.summary, console)
+        print_summary(result.summary, arguments.json)
         if any(name.startswith(SCHEMES) for name in settings.caregivers):
             from caregiver_mj.caregivers.remote import tally
 
-            console.print(plain(tally(settings.queries.folder)))
-    if arguments.json:
-        print(json.dumps(result.summary, indent=1, allow_nan=False))
+            output(arguments.json).print(plain(tally(settings.queries.folder)))
 
 
 def _settings(arguments: argparse.Namespace, exchanges: pathlib.Path) -> Settings:
@@ -159,8 +155,8 @@ def _run_paper(arguments: argparse.Namespace) -> None:
         executor.check(settings.code)
         result = evaluate_visibly(settings, None, executor, arguments)
 
-    from caregiver_mj.viz.report import Run  # takes seconds to import
-    from caregiver_mj.viz.report.page import causes
+    from caregiver_mj.viz.report import causes  # takes seconds to import
+    from caregiver_mj.viz.report.run import Run
 
     run = Run(pathlib.Path(), settings.record(), settings, result.episodes, result.maps, result.summary)
     tables = run.deviations()

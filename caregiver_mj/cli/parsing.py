@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import functools
 import logging
 import os
@@ -128,23 +129,16 @@ def read_size(text: str, option: str, example: str) -> tuple[int, int]:
     return int(match[1]), int(match[2])
 
 
-def read_house(arguments: argparse.Namespace) -> FloorPlan:
-    """Return the house of the options, or of --answers."""
-    if isinstance(arguments.house, FloorPlan):
-        return arguments.house
-    return FloorPlan.load(arguments.house, damage=arguments.damage)
-
-
 def read_houses(arguments: argparse.Namespace) -> tuple[FloorPlan, ...]:
     """Return the houses of --house or --houses."""
     if arguments.houses is None:
-        return (read_house(arguments),)
+        return (FloorPlan.load(arguments.house, damage=arguments.damage),)
     return houses_named(arguments.houses, arguments.damage)
 
 
 def read_spec(arguments: argparse.Namespace, **more: Any) -> EpisodeSpec:
     """Return the episode of the options, with further fields."""
-    plan, house = read_house(arguments), arguments.house
+    plan = FloorPlan.load(arguments.house, damage=arguments.damage)
     names = ("seed", "episode", "sight", "task", "child_speed")
     fields = {name: getattr(arguments, name) for name in names if name in arguments}
     return EpisodeSpec(
@@ -152,7 +146,7 @@ def read_spec(arguments: argparse.Namespace, **more: Any) -> EpisodeSpec:
         read_family(arguments.epsilon, arguments),
         arguments.caregiver,
         embodiment=arguments.embodiment,
-        file="" if isinstance(house, FloorPlan) or house == plan.name else house,
+        file="" if arguments.house == plan.name else arguments.house,
         queries=read_queries(arguments),
         **fields | more,
     )
@@ -217,41 +211,43 @@ def read_family(epsilon: str, arguments: argparse.Namespace) -> ChildGroup:
     return family.times(count)
 
 
-def read_answers(arguments: argparse.Namespace) -> tuple[str, ...]:
-    """Set the other options from the run in --answers, and return its caregiver's answers in each episode.
+def read_episode(arguments: argparse.Namespace, **more: Any) -> tuple[EpisodeSpec, tuple[str, ...]]:
+    """Return the episode of the options, with further fields, and the caregiver's answers in each episode of --answers.
+
+    With --answers, the episode is one of that run; without, there are no answers.
 
     Raises:
         CaregiverError: There is no suitable run, or it lacks the answers.
     """
     if arguments.answers is None:
-        return ()
+        return read_spec(arguments, **more), ()
     from caregiver_mj.experiments.finished import best_rescue, read_finished  # need pandas, a second to import
 
     found = read_finished(arguments.answers)
-    run = found.settings
+    run, number = found.settings, vars(arguments).get("episode", 0)
     if not arguments.trust:
         run.check_installed()
-    (plan, *more), (family, *others) = run.plans, run.families
-    blocks = [block for block in run.blocks() if block.caregiver == arguments.caregiver]
+    (plan, *other_plans), (family, *other_families) = run.plans, run.families
     is_usual = run.world == "house" and run.task == SUPERVISE and not run.options
     wanted = "of one floor plan and epsilon "
-    if vars(arguments).get("episode") == BEST:
-        wanted, more, others = "", [], []
+    if number == BEST:
+        wanted, other_plans, other_families = "", [], []
         if is_usual:
-            plan, family, arguments.episode = best_rescue(found, arguments.caregiver)
-    blocks = [block for block in blocks if run.house_of(block) == plan and block.families == (family,)]
+            plan, family, number = best_rescue(found, arguments.caregiver)
+    blocks = [
+        block
+        for block in run.blocks()
+        if (block.caregiver, run.house_of(block), block.families) == (arguments.caregiver, plan, (family,))
+    ]
     results = (read_block(found.path, str(block)) or {} for block in blocks)
     answers = tuple(text for result in results if isinstance(text := result.get("answers"), str) and text)
-    if more or others or not is_usual or not answers or len(answers) < len(blocks):
+    if other_plans or other_families or not is_usual or not answers or len(answers) < len(blocks):
         raise CaregiverError(
             f"--answers must be a run {wanted}in the house, with answers of '{arguments.caregiver}', got "
             f"'{arguments.answers}'"
         )
-    arguments.house, arguments.damage, arguments.epsilon = plan, str(plan.damage), str(family)
-    arguments.task, arguments.child, arguments.children = SUPERVISE, NOVICE, None
-    for name in ("seed", "embodiment", "sight", "child_speed"):
-        setattr(arguments, name, getattr(run, name))
-    return answers
+    spec = run.spec(plan, family, arguments.caregiver, number)
+    return dataclasses.replace(spec, queries=read_queries(arguments), file="", **more), answers
 
 
 def warn_of_no_room(plan: FloorPlan) -> None:

@@ -68,13 +68,14 @@ def _run(arguments: argparse.Namespace) -> None:
         raise CaregiverError(f"seconds must be a positive number of at most {_MOST_SECONDS}, got {arguments.seconds}")
     if not arguments.out:
         raise CaregiverError("--out must be a folder, got an empty name")
-    answers = parsing.read_answers(arguments)[: arguments.episodes]
+    limit = {} if arguments.seconds is None else {"time_limit": arguments.seconds}
+    world = arguments.world if arguments.answers is None else "house"
+    spec, answers = parsing.read_episode(arguments, world=world, task_kwargs=limit)
+    answers = answers[: arguments.episodes]
     if answers:
-        if arguments.sight != "all":
-            raise CaregiverError(f"--answers must be a run with sight all, got {arguments.sight}")
-        arguments.world, arguments.episodes = "house", len(answers)
-    seconds = {} if arguments.seconds is None else {"time_limit": arguments.seconds}
-    spec = parsing.read_spec(arguments, world=arguments.world, task_kwargs=seconds)
+        if spec.sight != "all":
+            raise CaregiverError(f"--answers must be a run with sight all, got {spec.sight}")
+        arguments.episodes = len(answers)
     from caregiver_mj.envs.recipe import Recording  # needs an extra, and imports MuJoCo
 
     if spec.caregiver != RANDOM and find_caregiver(spec.caregiver, queries=spec.queries) is None:
@@ -173,8 +174,8 @@ def write(arguments: argparse.Namespace, recording: Recording, store: Store, nam
             from caregiver_mj.recording.minari_dataset import write_minari
 
             # Other machines read the data set, so it must not name a local file.
-            house = arguments.house if isinstance(arguments.house, str) else ""
-            spec = recording.env_spec(house if house in house_names() or sets.house(house) is not None else None)
+            is_named = arguments.house in house_names() or sets.house(arguments.house) is not None
+            spec = recording.env_spec(arguments.house if is_named and not recording.answers else None)
             write_minari(pathlib.Path(arguments.out), name, episodes, recording.about(), recording.spaces(), spec)
         else:
             from caregiver_mj.recording.lerobot_dataset import write_lerobot

@@ -164,12 +164,7 @@ def _where(row: dict[str, Any]) -> str:
 def _pool(arguments: argparse.Namespace) -> None:
     from caregiver_mj.experiments.finished import pool_runs, read_finished  # need pandas, a second to import
 
-    summary = pool_runs([read_finished(folder) for folder in arguments.folders], arguments.out)
-    console = output(arguments.json)
-    print_table(summary, console)
-    print_harm(summary, console)
-    if arguments.json:
-        print(json.dumps(summary, indent=1, allow_nan=False))
+    print_summary(pool_runs([read_finished(folder) for folder in arguments.folders], arguments.out), arguments.json)
 
 
 def _submit(arguments: argparse.Namespace) -> None:
@@ -242,6 +237,15 @@ def output(aside: bool) -> rich.console.Console:
     if not console.is_terminal:
         console.width = _WIDEST  # a pipe or a file has no width
     return console
+
+
+def print_summary(summary: dict[str, Any], as_json: bool) -> None:
+    """Print the tables of a run; with `as_json` to standard error, and its summary as JSON."""
+    console = output(as_json)
+    print_table(summary, console)
+    print_harm(summary, console)
+    if as_json:
+        print(json.dumps(summary, indent=1, allow_nan=False))
 
 
 def print_table(summary: dict[str, Any], console: rich.console.Console) -> None:

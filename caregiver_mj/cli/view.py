@@ -87,19 +87,17 @@ def _render(arguments: argparse.Namespace) -> None:
     is_best = arguments.episode == parsing.BEST
     if is_best and arguments.answers is None:
         raise CaregiverError(f"--answers must be a finished run in the house for --episode {parsing.BEST}, got none")
-    answers = parsing.read_answers(arguments)
-    if arguments.seed < 0 or arguments.episode < 0:
-        raise CaregiverError(f"seed and episode must be at least 0, got {arguments.seed} and {arguments.episode}")
-    if answers and arguments.episode >= len(answers):
-        raise CaregiverError(f"episode must be below {len(answers)}, as many as --answers has, got {arguments.episode}")
-
-    spec = parsing.read_spec(arguments)
+    spec, answers = parsing.read_episode(arguments)
+    number = spec.episode or 0
+    if spec.seed < 0 or number < 0:
+        raise CaregiverError(f"seed and episode must be at least 0, got {spec.seed} and {number}")
+    if answers and number >= len(answers):
+        raise CaregiverError(f"episode must be below {len(answers)}, as many as --answers has, got {number}")
     if not answers:
         find_caregiver(spec.caregiver, queries=spec.queries)
 
     from caregiver_mj.viz import film  # takes seconds to import
 
-    text = answers[arguments.episode] if answers else ""
     film.render_episode(
         arguments.out,
         spec,
@@ -108,7 +106,7 @@ def _render(arguments: argparse.Namespace) -> None:
         picture=film.Picture(camera=arguments.camera),
         overlay=arguments.overlay,
         still=arguments.still,
-        answers=text,
+        answers=answers[number] if answers else "",
     )
     print(arguments.out)
 
@@ -130,7 +128,7 @@ def _view(arguments: argparse.Namespace) -> None:
     if on_linux and not (arguments.web or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise RenderingError("no display for a window: use `caregiver-mj view --web` and a browser")
 
-    from caregiver_mj.viz.viewers.session import Session  # takes seconds to import
+    from caregiver_mj.viz.viewers import Session  # takes seconds to import
 
     keep = None
     if arguments.out is not None:

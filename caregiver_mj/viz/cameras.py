@@ -102,28 +102,27 @@ class Camera:
         turned = self._corners[which] @ self._data.geom_xmat[geoms].reshape(-1, 3, 3).swapaxes(1, 2)
         corners = self._data.geom_xpos[geoms, None] + turned  # (n, 8, 3)
         on_floor = [corners - corners[..., 2:] / light[2] * light for light in self._sunlight]
-        eye, axes = self._eye()
-        places = (np.concatenate([corners, *on_floor], axis=1) - eye) @ axes
-        depth = np.maximum(places[..., 2:], _NEAREST)
-        pixels = places[..., :2] / depth * self._scale + (self.width / 2, self.height / 2)
+        pixels, depth = self._project(np.concatenate([corners, *on_floor], axis=1))
         boxes = np.concatenate([pixels.min(axis=1) - _MARGIN, pixels.max(axis=1) + _MARGIN], axis=1)
-        boxes[(depth == _NEAREST).any(axis=(1, 2))] = -np.inf, -np.inf, np.inf, np.inf
+        boxes[(depth <= _NEAREST).any(axis=1)] = -np.inf, -np.inf, np.inf, np.inf
         return boxes
 
     def pixel(self, point: Sequence[float]) -> tuple[float, float] | None:
         """Return the pixel of a point (3,), m, from the left and top; None if it is outside the picture."""
-        eye, axes = self._eye()
-        right, down, ahead = ((np.asarray(point) - eye) @ axes).tolist()
-        if ahead < _NEAREST:
-            return None
-        x, y = self.width / 2 + self._scale * right / ahead, self.height / 2 + self._scale * down / ahead
-        return (x, y) if 0 <= x < self.width and 0 <= y < self.height else None
+        pixel, depth = self._project(np.array(point))
+        x, y = pixel.tolist()
+        return (x, y) if depth >= _NEAREST and 0 <= x < self.width and 0 <= y < self.height else None
 
-    def _eye(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return its place (3,), m, and the axes of its picture as of `Pose.axes`, (3, 3)."""
+    def _project(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the pixels of points (..., 3), m, from the left and top, (..., 2), and their depths (...), m."""
         if self.pose:
-            return self.pose.eye, self.pose.axes
-        return self._data.cam_xpos[self._id], self._data.cam_xmat[self._id].reshape(3, 3) * (1, -1, -1)
+            eye, axes = self.pose.eye, self.pose.axes
+        else:
+            eye, axes = self._data.cam_xpos[self._id], self._data.cam_xmat[self._id].reshape(3, 3) * (1, -1, -1)
+        places = (points - eye) @ axes
+        depth = places[..., 2]
+        middle = self.width / 2, self.height / 2
+        return places[..., :2] / np.maximum(depth, _NEAREST)[..., None] * self._scale + middle, depth
 
 
 class StillCamera(Camera):

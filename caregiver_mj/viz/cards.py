@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import math
 from collections.abc import Callable
@@ -10,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from caregiver_mj.viz.colours import GROUND, Colour
+from caregiver_mj.viz.colours import Colour
 
 LABEL, TRACK = (158, 168, 182), (56, 64, 78)  # colours of labels, and of the empty part of a gauge
 Box = tuple[int, int, int, int]  # left, top, right, bottom, in pixels
@@ -20,11 +19,11 @@ _DESIGN_HEIGHT = 720  # pixels; height of the frame for which lengths are design
 
 
 @functools.lru_cache(maxsize=16)
-def card(size: tuple[int, int], radius: int, opacity: int) -> tuple[Image.Image, Image.Image]:
-    """Return a dark card with round corners, and its opacity, 0 to 255. Do not draw on them: they are cached."""
-    mask = Image.new("L", (size[0] * FINE, size[1] * FINE))
-    ImageDraw.Draw(mask).rounded_rectangle((0, 0, mask.width - 1, mask.height - 1), radius * FINE, fill=opacity)
-    return Image.new("RGB", size, GROUND), mask.reduce(FINE)
+def mask(size: tuple[int, int], radius: int, opacity: int) -> Image.Image:
+    """Return the mask of a card with round corners, with an opacity from 0 to 255. Do not draw on it: it is cached."""
+    fine = Image.new("L", (size[0] * FINE, size[1] * FINE))
+    ImageDraw.Draw(fine).rounded_rectangle((0, 0, fine.width - 1, fine.height - 1), radius * FINE, fill=opacity)
+    return fine.reduce(FINE)
 
 
 def put(frame: np.ndarray, box: Box, paint: Callable[[Image.Image], None]) -> None:
@@ -40,22 +39,18 @@ def side(width: int, height: int) -> float:
     return width * (0.2 if width > 1.5 * height else 0.24)
 
 
-@dataclasses.dataclass(frozen=True)
 class Scale:
-    """Converts lengths of the design to pixels of a frame."""
+    """Lengths of the design in pixels of a frame with a height; among them the sizes of three fonts."""
 
-    factor: float
-
-    @classmethod
-    def of(cls, height: int) -> Scale:
-        """Return the scale of a frame with a height in pixels."""
-        return cls(height / _DESIGN_HEIGHT)
+    def __init__(self, height: int):
+        self._factor = height / _DESIGN_HEIGHT
+        self.small, self.medium, self.large = map(self.font, (13, 17, 24))  # of labels, of values, of the main value
 
     def px(self, length: float) -> int:
-        return max(1, round(length * self.factor))
+        return max(1, round(length * self._factor))
 
     def font(self, size: float) -> int:
-        return max(SMALLEST_FONT, round(size * self.factor))
+        return max(SMALLEST_FONT, round(size * self._factor))
 
 
 @functools.lru_cache(maxsize=2048)
@@ -108,38 +103,3 @@ def _mask(text: str, size: int, outline: int = 0) -> Image.Image:
     stroke = 0.6 + outline * FINE  # bolder letters are more legible in a film
     ImageDraw.Draw(mask).text((outline * FINE, size * FINE), text, 255, font, anchor="ls", stroke_width=stroke)
     return mask.reduce(FINE)
-
-
-@dataclasses.dataclass(frozen=True)
-class Area:
-    """The area of two rows of text, in pixels, from the top of the upper one to the baseline of the lower."""
-
-    left: int
-    right: int
-    top: int
-    bottom: int
-    scale: Scale
-
-    @property
-    def width(self) -> int:
-        return self.right - self.left
-
-    @property
-    def small(self) -> int:
-        """Size of labels."""
-        return self.scale.font(13)
-
-    @property
-    def medium(self) -> int:
-        """Size of values."""
-        return self.scale.font(17)
-
-    @property
-    def large(self) -> int:
-        """Size of the most important value."""
-        return self.scale.font(24)
-
-    @property
-    def row(self) -> int:
-        """Distance of the two rows."""
-        return self.small + self.medium + self.scale.px(14)

@@ -16,7 +16,7 @@ from caregiver_mj.robot.geometry import Pose, to_world
 from caregiver_mj.viz import cards, colours
 from caregiver_mj.viz.cards import FINE, SMALLEST_FONT, Scale, fit, width_of, write
 from caregiver_mj.viz.colours import GROUND, TEXT, Colour, mix
-from caregiver_mj.viz.moment import LEAST, ChildState, HudState, place_of, strength
+from caregiver_mj.viz.moment import ChildState, HudState, place_of
 
 CARD_OPACITY = 232  # 0 to 255
 _LABELLED_CELL = 16  # pixels; least side of a cell with a name in it
@@ -35,10 +35,10 @@ class Chart:
 
         An `alone` chart fills the frame, and has a longer caption.
         """
-        scale = Scale.of(height)
+        scale = Scale(height)
         rows, columns = plan.shape
         self._pad, margin = scale.px(8), scale.px(12)
-        self._small = scale.font(13)
+        self._small = scale.small
         caption, self._alone = self._small + scale.px(10), alone
         room = cards.side(width, height) - 2 * self._pad, 0.36 * height
         if alone:
@@ -48,9 +48,9 @@ class Chart:
         left, top = ((width - size[0]) // 2, (height - size[1]) // 2) if alone else (margin, margin)
         self.box = (left, top, left + size[0], top + size[1])
         self._caption = size[1] - scale.px(10)
-        card, self._opacity = cards.card(size, scale.px(10), 255 if alone else CARD_OPACITY)
+        self._mask = cards.mask(size, scale.px(10), 255 if alone else CARD_OPACITY)
         self._ground = GroundPlan(plan, cell, self._pad)
-        self._still = self._ground.draw(card)
+        self._still = self._ground.draw(Image.new("RGB", size, GROUND))
 
     def draw(self, image: Image.Image, state: HudState) -> None:
         fine = self._still.copy()
@@ -59,14 +59,13 @@ class Chart:
         if self._ground.cell >= _LABELLED_CELL:
             self._write_names(chart, state)
         self._write_caption(chart, state)
-        image.paste(chart, mask=self._opacity)
+        image.paste(chart, mask=self._mask)
 
     def _draw_moving(self, canvas: ImageDraw.ImageDraw, state: HudState) -> None:
-        unit = self._ground.unit
         self._draw_floor(canvas, state)
         pointed_at, where = state.mark or ("", None)
         if pointed_at == "cell" and isinstance(where, tuple):
-            canvas.rectangle(self._ground.square(where), outline=TEXT, width=max(FINE, round(0.12 * unit)))
+            canvas.rectangle(self._ground.square(where), outline=TEXT, width=self._ground.pen(0.12))
         for number, child in enumerate(state.children):
             self._draw_trail(canvas, child, colours.of_child(number))
         for number, hazard in enumerate(state.plan.hazards):
@@ -89,15 +88,14 @@ class Chart:
             canvas.rectangle(ground.square(plan.free_cells[cell]), mix(colours.FLOOR, TEXT, 0.2))
         if forecast is None:
             return
-        for cell in np.flatnonzero(forecast.presence.max(axis=0) >= LEAST).tolist():
-            child = int(forecast.presence[:, cell].argmax())
-            shade = mix(colours.FLOOR, colours.of_child(child), strength(forecast.presence[child, cell]))
+        for cell, child, strength in forecast.places():
+            shade = mix(colours.FLOOR, colours.of_child(child), strength)
             canvas.rectangle(ground.square(plan.free_cells[cell]), shade)
-        for number in np.flatnonzero(forecast.harm >= LEAST).tolist():
-            x, y = ground.pixel(place_of(state.plan, number, state.candles))
+        for number, strength in forecast.threats():
+            x, y = ground.pixel(place_of(plan, number, state.candles))
             r = 0.5 * ground.unit
-            shade = mix(colours.FLOOR, colours.HARM, strength(forecast.harm[number]))
-            canvas.rectangle((x - r, y - r, x + r, y + r), outline=shade, width=max(FINE, round(0.16 * ground.unit)))
+            shade = mix(colours.FLOOR, colours.HARM, strength)
+            canvas.rectangle((x - r, y - r, x + r, y + r), outline=shade, width=ground.pen(0.16))
         for goal, place in enumerate(plan.bins):
             width = round(0.3 * ground.unit * float(forecast.goal[:, goal].max()))
             if width:
@@ -107,10 +105,10 @@ class Chart:
         """Draw a disc, or a ring for an unseen child."""
         x, y = self._ground.pixel(child.position)
         r = max(0.34 * self._ground.unit, _CHILD * FINE)
-        canvas.ellipse((x - r, y - r, x + r, y + r), colour, outline=GROUND, width=FINE)
+        canvas.circle((x, y), r, colour, outline=GROUND, width=FINE)
         if not child.seen:
             r *= 0.5
-            canvas.ellipse((x - r, y - r, x + r, y + r), GROUND)
+            canvas.circle((x, y), r, GROUND)
 
     def _draw_trail(self, canvas: ImageDraw.ImageDraw, child: ChildState, colour: Colour) -> None:
         points = [self._ground.pixel(position) for position in [*child.trail, child.position]]
@@ -125,12 +123,12 @@ class Chart:
         end = front + length * math.sin(angle), side - length * math.cos(angle)
         for line in (((front, side), (-front, side)), ((front, -side), (-front, -side)), ((front, side), end)):
             ends = (self._ground.pixel(np.array(to_world(frame, point))) for point in line)
-            canvas.line([*itertools.chain.from_iterable(ends)], TEXT, width=max(FINE, round(0.1 * self._ground.unit)))
+            canvas.line([*itertools.chain.from_iterable(ends)], TEXT, width=self._ground.pen(0.1))
 
     def _draw_robot(self, canvas: ImageDraw.ImageDraw, pose: np.ndarray) -> None:
         x, y = self._ground.pixel(pose)
         r = max(0.42 * self._ground.unit, _ROBOT * FINE)
-        canvas.ellipse((x - r, y - r, x + r, y + r), colours.ROBOT, outline=GROUND, width=FINE)
+        canvas.circle((x, y), r, colours.ROBOT, outline=GROUND, width=FINE)
         if len(pose) == 2:
             return
         turns = float(pose[2]) + np.array([0.0, 2.5, np.pi, -2.5])
@@ -183,6 +181,10 @@ class GroundPlan:
         y = rows / 2 - float(position[1]) / self.plan.cell_size
         return (x * self.cell + self._pad) * FINE, (y * self.cell + self._pad) * FINE
 
+    def pen(self, share: float) -> int:
+        """Return a visible width of lines, a share of a cell, in the fine drawing."""
+        return max(FINE, round(share * self.unit))
+
     def square(self, cell: Cell) -> Square:
         """Return the square of a cell in the fine drawing."""
         x, y = self.pixel(self.plan.position(cell))
@@ -211,18 +213,17 @@ class GroundPlan:
         x, y = self.pixel(position)
         r = 0.21 * self.unit
         if halo:
-            wide = 0.5 * self.unit
-            canvas.ellipse((x - wide, y - wide, x + wide, y + wide), outline=TEXT, width=max(FINE, round(0.4 * r)))
+            canvas.circle((x, y), 0.5 * self.unit, outline=TEXT, width=max(FINE, round(0.4 * r)))
         y += 0.4 * r
         canvas.polygon(((x, y - 2.3 * r), (x + 0.95 * r, y - 0.3 * r), (x - 0.95 * r, y - 0.3 * r)), colour)
-        canvas.ellipse((x - r, y - r, x + r, y + r), colour)
+        canvas.circle((x, y), r, colour)
         canvas.ellipse((x - 0.45 * r, y - 0.35 * r, x + 0.45 * r, y + 0.55 * r), colours.FLAME)
 
     def draw_disc(self, canvas: ImageDraw.ImageDraw, position: np.ndarray, colour: Colour) -> None:
         """Draw a thing on the floor, a disc with a rim, at a place in m."""
         x, y = self.pixel(position)
         r = 0.16 * self.unit
-        canvas.ellipse((x - r, y - r, x + r, y + r), colour, outline=mix(colour, GROUND, 0.5), width=FINE)
+        canvas.circle((x, y), r, colour, outline=mix(colour, GROUND, 0.5), width=FINE)
 
 
 def _draw_stairs(canvas: ImageDraw.ImageDraw, square: Square, colour: Colour) -> None:

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import dataclasses
+import itertools
 import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from caregiver_mj.caregivers.percept import Assessment
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.experiments.runner import keep_answers, make_house
 from caregiver_mj.experiments.spec import EpisodeSpec
-from caregiver_mj.viz import moment
-from caregiver_mj.viz.moment import Forecast, HudState, Tile
+from caregiver_mj.interventions.verb import verb_of
+from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, State
+from caregiver_mj.viz.moment import ChildState, Forecast, HudState, Tile
 
 _LIFTED = 0.05  # m; rise above its starting height from which a candle counts as in the robot's hand
 
@@ -22,12 +23,12 @@ class Episode:
     """A closed loop that runs up to a requested time; step for step as in an evaluation of its `spec`."""
 
     def __init__(self, spec: EpisodeSpec, foresees: bool = False, answers: str = "", cameras: Sequence[str] = ()):
-        """Begin an episode in the house, with `foresees` to show predictions.
+        """Begin an episode in the house, with `foresees` to show predictions if the caregiver makes any.
 
         `answers` of an earlier run are replayed in the caregiver's place; the house must have the `cameras`.
 
         Raises:
-            CaregiverError: The specification is invalid, the caregiver predicts nothing, or a camera is missing.
+            CaregiverError: The specification is invalid, or a camera is missing.
         """
         spec.check(replayed=bool(answers))
         self.spec, self.foresees = spec, foresees
@@ -41,10 +42,6 @@ class Episode:
         self._candle_rest = self._candles()[:, 2]
         self._trails: list[np.ndarray] = []  # of the children, (children, 2) at each look
         self._forecast: tuple[Assessment | None, Forecast | None] = None, None  # the last one, and its source
-        if foresees and self.forecast is None:
-            raise CaregiverError(
-                "caregiver must predict where children may be, as 'foresight' does, got one that does not"
-            )
 
     def run_until(self, seconds: float) -> bool:
         """Run the simulation up to a time and extend the trails; return whether the episode lasts so long."""
@@ -86,14 +83,49 @@ class Episode:
 
     def hud_state(self, trail_length: int) -> HudState:
         """Return the display state, with the latest `trail_length` looks at the children as their trails."""
-        trails = self._trails[-trail_length:]
-        shown = moment.hud_state(
-            self.env.task, self.policy, self._rollout.timestep.observation, self.spec.family, trails, self.env.physics
+        task, policy, observation = self.env.task, self.policy, self._rollout.timestep.observation
+        outcome, assessment = task.outcome(), policy.assessment if policy else None
+        intervention = policy.intervention if policy else None
+        positions = self._children()
+        trails = np.array(self._trails[-trail_length:]).reshape(-1, len(positions), 2)
+        seen = observation.get("toddler_seen", np.ones(len(positions)))
+        safe, danger, unsafe_danger = [None] * len(positions), None, None
+        if assessment is not None:
+            safe, unsafe_danger = assessment.safe[0].tolist(), assessment.urgency[0]
+            danger = unsafe_danger * (1.0 - assessment.safe[0]).max()
+        by_child = outcome["damage_by_child"]
+        each = zip(positions, trails.swapaxes(0, 1), safe, by_child, map(bool, seen), strict=True)
+        return HudState(
+            plan=task.plan,
+            timestep=min(int(observation["clock"] + 1e-6), EPISODE_TIMESTEPS),
+            family=str(self.spec.family),
+            children=tuple(itertools.starmap(ChildState, each)),
+            candles=self._candles(),
+            damage=outcome["damage"],
+            damages={
+                kind.at.split()[-1]: outcome[f"damage_{kind.name}"]
+                for kind in KINDS
+                if kind is TABLE or kind in task.plan.hazards.kinds  # room is scarce
+            },
+            robot=observation.get("base_position"),
+            danger=danger,
+            unsafe_danger=unsafe_danger,
+            target=policy.target if policy else NOTHING,
+            mark=verb_of(intervention.verb).mark(task.plan, intervention) if intervention else None,
+            intervention=policy.activity if policy else "",
+            forecast=self.forecast,
+            gates=observation.get("gate_position", np.zeros(0)).tolist(),
+            gone=np.flatnonzero(task.children.state == State.GONE).tolist(),
+            in_view=getattr(policy, "in_view", None),
         )
-        return dataclasses.replace(shown, forecast=self.forecast)
 
     def _children(self) -> np.ndarray:
-        return moment.child_positions(self._rollout.timestep.observation, self.env.physics)
+        """Return the places of all children, seen by the caregiver or not, (children, 2), m."""
+        observation = self._rollout.timestep.observation
+        hidden = "toddler_seen" in observation
+        shown = self.env.physics.toddler_positions() if hidden else observation["toddler_position"]
+        return np.atleast_2d(shown)[:, :2].copy()
 
     def _candles(self) -> np.ndarray:
-        return moment.candle_positions(self._rollout.timestep.observation)
+        """Return the places of the candles, (candles, 3), m."""
+        return self._rollout.timestep.observation.get("candle_position", np.empty((0, 3)))

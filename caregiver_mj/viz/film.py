@@ -90,48 +90,43 @@ class Studio:
         """
         self._episode, self._trail_length = episode, trail_length
         width, height, camera = picture.width, picture.height, picture.camera
-        physics = episode.env.physics
-        self._is_wide = width > _WIDE * height
-        if camera == AUTO and not self._is_wide:
+        physics, plan = episode.env.physics, episode.env.task.plan
+        is_wide = width > _WIDE * height
+        if camera == AUTO and not is_wide:
             camera = _OVERVIEW
+        is_close, is_still = camera == _FOLLOW, camera == AUTO or physics.model.ptr.camera(camera).bodyid == 0
         quality = physics.model.vis.quality
         quality.numquads = 1  # boxes lit by the sun alone look the same and render faster
-        still = camera == AUTO or physics.model.ptr.camera(camera).bodyid == 0  # fixed to the world
         looks = isinstance(episode.policy, OwnPolicy) or (episode.policy and episode.policy.caregiver.needs_pictures)
         if not looks:  # no policy depends on images
             # Invisibly coarse: without a graphics card most of the time goes into vertices and shadows.
-            fineness = _COARSE if still and height <= _COARSE_HEIGHT else _FINE
+            fineness = _COARSE if is_still and height <= _COARSE_HEIGHT else _FINE
             quality.numslices, quality.numstacks, quality.shadowsize = fineness
         physics.fit_pictures(width, height)
-        self._page = np.empty((height, width, 3), np.uint8)
-        self._page[:] = GROUND
-        self._main = self._page[: hud.strip_top(width, height)]  # without the rows under the strip
-        size = width, self._main.shape[0]
+
+        # The house is above the strip, and leaves a column or a row of these pixels to insets and plan.
+        lower = hud.strip_top(width, height)
         where: str | Pose = camera
-        column = row = 0
-        if camera in (AUTO, _OVERVIEW) and self._is_wide:  # nearer to the house than the model's camera
-            where, column, row = director.overview(episode.env.task.plan, *size)
-        elif camera == _FOLLOW:  # the model's camera shows the child alone, and walls hide it
-            where, column = _SOMEWHERE, round(_COLUMN * width) if self._is_wide else 0
-        self._main = self._main[: size[1] - row]
-        top = len(self._main) if row else 0
-        self._free = (width - column if column else 0, top, width, size[1]) if column or row else None
-        inset_size = hud.inset_size(width, height)
-        if self._free:
-            inset_size = hud.free_inset_size(width, height, self._free, episode.env.task.plan, episode.foresees)
+        self._column = self._row = 0
+        if is_wide and camera in (AUTO, _OVERVIEW):  # nearer to the house than the model's camera
+            where, self._column, self._row = director.overview(plan, width, lower)
+        elif is_close:  # the model's camera shows the child alone, and walls hide it
+            where, self._column = _SOMEWHERE, round(_COLUMN * width) if is_wide else 0
+        self._page = np.full((height, width, 3), GROUND, np.uint8)
+        self._main = self._page[: lower - self._row]
         size = width, len(self._main)
-        self._camera = (StillCamera if still else Camera)(physics, where, *size, shadows=True)
-        self._tiles = TileLayer(physics, where, *size, still) if episode.foresees else None
-        has_room = self._is_wide and inset_size[1] >= _LEAST_INSET
-        names = _BESIDE.get(AUTO if row or column > _ASIDE * width else camera, (AUTO, _HAND)) if has_room else ()
+        self._camera = (StillCamera if is_still else Camera)(physics, where, *size, shadows=True)
+        self._tiles = TileLayer(physics, where, *size, is_still) if episode.foresees else None
+
+        inset_size = hud.layout(plan, width, height, episode.foresees, self._column, self._row).inset
+        beside = AUTO if self._row or self._column > _ASIDE * width else camera
+        names = _BESIDE.get(beside, (AUTO, _HAND)) if is_wide and inset_size[1] >= _LEAST_INSET else ()
         self._insets = {name: Camera(physics, _SOMEWHERE, *inset_size) for name in names}
-        is_close = camera == _FOLLOW
         shots = (self._camera, self._tiles) if is_close else (self._insets.get(AUTO),)
         self._close = [shot for shot in shots if shot]
-        across, high = size if is_close else inset_size
-        close_column = _COLUMN if is_close and column else 0.0
-        screens = director.screens(physics)
-        self._follow = director.CloseShot(across / high, picture.fps, screens, close_column)
+        across, down = size if is_close else inset_size
+        screens, close_column = director.screens(physics), _COLUMN if is_close and self._column else 0.0
+        self._follow = director.CloseShot(across / down, picture.fps, screens, close_column)
         self._hand = director.HandShot(inset_size[0] / inset_size[1], picture.fps, screens)
 
     def frame(self) -> np.ndarray:
@@ -149,7 +144,7 @@ class Studio:
             picture = self._insets[name].render()
             self._point_out(picture, self._insets[name], state)
             insets.append((_CAPTIONS[name], picture))
-        return hud.draw(self._page, state, insets, self._free)
+        return hud.draw(self._page, state, insets, self._column, self._row)
 
     def _shown(self, state: HudState) -> list[str]:
         """Return the insets to show: the hand while it works, else the close-up."""
@@ -209,6 +204,8 @@ def render_episode(
     path, still = _writable(path, *FORMATS), None if still is None else _writable(still, ".png")
     cameras = () if picture.camera == AUTO else (picture.camera,)
     filmed = Episode(dataclasses.replace(spec, world="house"), overlay == "danger", answers, cameras)
+    if filmed.foresees and filmed.forecast is None:
+        raise CaregiverError("caregiver must predict where children may be, as 'foresight' does, got one that does not")
     start = rescue_start(spec, answers, seconds) if start is None else start
     best: tuple[float, np.ndarray | None] = (math.inf, None)
     fps = picture.fps

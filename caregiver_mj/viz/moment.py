@@ -1,33 +1,23 @@
-"""The state shown in displays, with predictions, read from task, policy and observation, or from the grid.
-
-No other module of this room reads task, policy or observation.
-"""
+"""The state shown in displays, with predictions. `Episode.hud_state` reads it from the house, `grid_state` here."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from caregiver_mj.caregivers.percept import Assessment
 from caregiver_mj.children.child_group import ChildGroup
-from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.interventions.verb import Mark, verb_of
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, State, Where
+from caregiver_mj.plans.hazards import NOTHING, State, Where
 from caregiver_mj.viz import colours
 
 if TYPE_CHECKING:
     from caregiver_mj.grid.world import GridWorld
-    from caregiver_mj.house.physics import Physics
-    from caregiver_mj.policy.own import OwnPolicy
-    from caregiver_mj.policy.policy import CaregiverPolicy
-    from caregiver_mj.tasks.base import CareTask
-
-Observation = Mapping[str, np.ndarray]
 
 _ABOVE = 0.5  # cells; height of a candle in the caregiver's hand above it, in the grid's drawing
 SOON = 5  # timesteps; horizon of predicted places; that of hazards is `percept.HORIZON`
@@ -74,62 +64,6 @@ class HudState:
     gone: Sequence[int] = ()  # numbers of the hazards that are gone
     # whether each free cell is in the caregiver's view, bool (cells,); None with full sight
     in_view: np.ndarray | None = None
-
-
-def child_positions(observation: Observation, physics: Physics) -> np.ndarray:
-    """Return the places of all children, seen or not, (children, 2), m."""
-    shown = physics.toddler_positions() if "toddler_seen" in observation else observation["toddler_position"]
-    return np.atleast_2d(shown)[:, :2].copy()
-
-
-def candle_positions(observation: Observation) -> np.ndarray:
-    """Return the places of the candles, (candles, 3), m."""
-    return observation.get("candle_position", np.empty((0, 3)))
-
-
-def hud_state(
-    task: CareTask,
-    policy: CaregiverPolicy | OwnPolicy | None,
-    observation: Observation,
-    family: ChildGroup,
-    trails: Sequence[np.ndarray],
-    physics: Physics,
-) -> HudState:
-    """Return the display state of a task at its last observation, with earlier places of the children as trails."""
-    outcome, assessment = task.outcome(), policy.assessment if policy else None
-    positions = child_positions(observation, physics)
-    seen = observation.get("toddler_seen", np.ones(len(positions)))
-    trail = np.array(trails).reshape(len(trails), len(positions), 2)
-    safe, danger, unsafe_danger = [None] * len(positions), None, None
-    if assessment is not None:
-        safe, unsafe_danger = assessment.safe[0].tolist(), assessment.urgency[0]
-        danger = unsafe_danger * (1.0 - assessment.safe[0]).max()
-    intervention = policy.intervention if policy else None
-    return HudState(
-        plan=task.plan,
-        timestep=min(int(observation["clock"] + 1e-6), EPISODE_TIMESTEPS),
-        family=str(family),
-        children=tuple(
-            ChildState(position, trail[:, child], safe[child], outcome["damage_by_child"][child], bool(seen[child]))
-            for child, position in enumerate(positions)
-        ),
-        candles=candle_positions(observation),
-        damage=outcome["damage"],
-        damages={
-            kind.at.split()[-1]: outcome[f"damage_{kind.name}"]
-            for kind in KINDS
-            if kind is TABLE or kind in task.plan.hazards.kinds  # room is scarce
-        },
-        robot=observation.get("base_position"),
-        gates=observation.get("gate_position", np.zeros(0)).tolist(),
-        gone=np.flatnonzero(task.children.state == State.GONE).tolist(),
-        danger=danger,
-        unsafe_danger=unsafe_danger,
-        target=policy.target if policy else NOTHING,
-        mark=verb_of(intervention.verb).mark(task.plan, intervention) if intervention else None,
-        intervention=policy.activity if policy else "",
-        in_view=getattr(policy, "in_view", None),
-    )
 
 
 def grid_state(world: GridWorld, family: ChildGroup, number: int = 0) -> HudState:
@@ -196,21 +130,29 @@ class Forecast:
         epsilon = prediction.epsilon[0] @ prediction.chain.epsilons
         return cls(prediction.presence(SOON)[0], harm, prediction.toy_bin[0], epsilon)
 
+    def places(self) -> Iterator[tuple[int, int, float]]:
+        """Yield each free cell where a child may be, whoever is likeliest there, and the strength of its colour."""
+        for cell in np.flatnonzero(self.presence.max(axis=0) >= LEAST).tolist():
+            child = int(self.presence[:, cell].argmax())
+            yield cell, child, _strength(self.presence[child, cell])
+
+    def threats(self) -> Iterator[tuple[int, float]]:
+        """Yield the number of each hazard that may hurt a child, and the strength of its colour."""
+        for number in np.flatnonzero(self.harm >= LEAST).tolist():
+            yield number, _strength(self.harm[number])
+
     def tiles(self, plan: FloorPlan, candles: np.ndarray) -> list[Tile]:
         """Return tiles for the children's predicted places, and pillars for hazards; opacity shows probability.
 
         `candles` are the places of the candles, (candles, 2) or more, m.
         """
-        half = _SIDE * plan.cell_size / 2
-        found = []
-        for cell in np.flatnonzero(self.presence.max(axis=0) >= LEAST).tolist():
-            child = int(self.presence[:, cell].argmax())
-            opacity = strength(self.presence[child, cell])
+        half, found = _SIDE * plan.cell_size / 2, []
+        for cell, child, strength in self.places():
             place = tuple(plan.position(plan.free_cells[cell]))
-            found.append(Tile(place, half, _THICKNESS, colours.of_child(child), _DENSEST * opacity))
-        for number in np.flatnonzero(self.harm >= LEAST).tolist():
+            found.append(Tile(place, half, _THICKNESS, colours.of_child(child), _DENSEST * strength))
+        for number, strength in self.threats():
             x, y = place_of(plan, number, candles)[:2].tolist()
-            found.append(Tile((x, y), half, _PILLAR, colours.HARM, _DENSEST * strength(self.harm[number])))
+            found.append(Tile((x, y), half, _PILLAR, colours.HARM, _DENSEST * strength))
         return found
 
 
@@ -225,6 +167,6 @@ def place_of(plan: FloorPlan, hazard: int, candles: np.ndarray) -> np.ndarray:
     return candles[plan.hazards.among(Where.ON_TABLE, hazard)]
 
 
-def strength(probability: float) -> float:
+def _strength(probability: float) -> float:
     """Return the strength of colour for a probability: its square root, so that small ones are visible."""
     return float(np.sqrt(probability))

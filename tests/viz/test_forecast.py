@@ -1,8 +1,10 @@
 """What films lay over the floor: where children may be soon, and what may hurt them."""
 
+import itertools
+
 import numpy as np
 import pytest
-from test_hud import FORTY, PLAN, changed, frame, spread, state
+from test_hud import FORTY, PLAN, changed
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.spec import EpisodeSpec
@@ -30,24 +32,17 @@ def forecast(presence=None, harm=(0.0, 0.0, 0.0), goal=(1.0,)):
 @pytest.mark.parametrize("foresees", [False, True])
 @pytest.mark.parametrize("row", [False, True])
 def test_inset_plan_and_legend_share_a_free_part_of_the_frame(width, height, foresees, row):
-    top, plan = hud.strip_top(width, height), FORTY if row else PLAN
-    free = (0, top // 2, width, top) if row else (round(0.7 * width), 0, width, top)
-    across, down = hud.free_inset_size(width, height, free, plan, foresees)
-    cells = Forecast(np.zeros((1, len(plan.free_cells))), np.zeros(len(plan.hazards)), np.zeros((1, 1)), np.zeros(1))
-    moment = state(plan, danger=None, target=-1, mark=None, forecast=cells if foresees else None)
-    white = frame(width, height) // 255 + 255
-    drawn = hud.draw(white, moment, [("seen", np.full((down, across, 3), (255, 0, 0), np.uint8))], free)
-    mask = changed(drawn, white)[:top]
-    mask[-(height // 60) - 1 :] = False  # the strip's upper corners
-    left, above, _, _ = spread(mask)
-    assert left >= free[0]
-    assert above >= free[1]
-    red = (drawn == (255, 0, 0)).all(axis=2).sum()
-    assert red > 0.85 * across * down  # but for its rim and its caption; nothing covers it
-    alone = hud.draw(white, moment, free=free)  # the rest stays where it is
-    others = changed(alone, white)
-    np.testing.assert_array_equal(alone[others], drawn[others])
-    assert across * down > 0.1 * (free[2] - free[0]) * (free[3] - free[1])
+    lower, plan = hud.strip_top(width, height), FORTY if row else PLAN
+    part = {"row": lower // 2} if row else {"column": round(0.3 * width)}
+    plan_box, legend, (right, top), (across, down) = hud.layout(plan, width, height, foresees, **part)
+    boxes = [plan_box, (right - across, top, right, top + down), *([legend] if foresees else [])]
+    first = width - part.get("column", width), lower - part.get("row", lower)
+    for box in boxes:
+        assert (np.array(first) <= box[:2]).all()
+        assert (np.array(box[2:]) <= (width, lower)).all()
+    for one, other in itertools.combinations(boxes, 2):
+        assert one[2] <= other[0] or other[2] <= one[0] or one[3] <= other[1] or other[3] <= one[1]
+    assert across * down > 0.1 * (width - first[0]) * (lower - first[1])
 
 
 def test_tiles_lie_where_children_may_be():

@@ -81,15 +81,6 @@ def test_a_tag_is_whole_and_above_its_point(tip):
     assert (right - left, bottom - top) == (usual[2] - usual[0], usual[3] - usual[1])
 
 
-def test_dots_stand_for_kinds_of_damage_without_room():
-    def drawn(**damages):
-        return hud.draw(frame(640, 360), state(damage=11.0, damages=damages))
-
-    one, more, many = drawn(stairs=10.0), drawn(stairs=10.0, tables=1.0), drawn(stairs=10.0, tables=0.5, mugs=0.5)
-    assert changed(one, more).any()
-    np.testing.assert_array_equal(more, many)
-
-
 def test_bars_are_as_high_as_the_danger_and_in_the_order_of_the_hazards():
     def bar(danger):
         return spread(changed(*(hud.draw(frame(), state(danger=np.array(d), target=-1)) for d in (danger, [0.0] * 3))))

@@ -10,7 +10,7 @@ from caregiver_mj import cli
 from caregiver_mj.caregivers.answers import replayed, unpacked
 from caregiver_mj.experiments.spec import EpisodeSpec, episode_random, episode_seed
 from caregiver_mj.experiments.submission import read_submission
-from caregiver_mj.viz.viewers.session import Session
+from caregiver_mj.viz.viewers import Session
 
 window = pytest.importorskip("caregiver_mj.viz.viewers.window")
 

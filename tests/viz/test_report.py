@@ -14,7 +14,6 @@ from test_cli import fails
 
 from caregiver_mj import cli
 from caregiver_mj.viz import figure_style, figures, film, report
-from caregiver_mj.viz.report.page import make_film
 from caregiver_mj.viz.report.tables import children_table
 
 
@@ -113,9 +112,9 @@ def test_a_run_in_the_house_is_filmed_before_one_in_the_grid(several, tmp_path, 
     asked = {}
     monkeypatch.setattr(film, "render_episode", lambda path, spec, **_: asked.update(path=path, spec=spec))
     grid = report.read_run(write_run(tmp_path / "grid", plan=TINY))
-    make_film([grid, report.read_run(several)], tmp_path)
+    report.make_film([grid, report.read_run(several)], tmp_path)
     assert asked["spec"].plan == PAPER
-    path, caption = make_film([grid], tmp_path)
+    path, caption = report.make_film([grid], tmp_path)
     assert asked["path"] == path == tmp_path / "report.mp4"
     assert (asked["spec"].plan, str(asked["spec"].family)) == (TINY, "0.25")
     assert caption == "Episode 0 with the children of the run in the grid, 25 % random, caregiver paper"

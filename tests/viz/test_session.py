@@ -4,7 +4,7 @@ import pytest
 
 from caregiver_mj.caregivers.server import Queries
 from caregiver_mj.experiments.spec import EpisodeSpec
-from caregiver_mj.viz.viewers.session import Session
+from caregiver_mj.viz.viewers import Session
 
 STEP = 0.02  # seconds
 MOVE = 1.68

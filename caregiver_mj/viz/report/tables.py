@@ -181,10 +181,10 @@ def _harm_cells(row: dict[str, Any]) -> tuple[str, ...]:
     )
 
 
-def contacts(run: Run) -> dict[str, Any] | None:
-    """Return the tables of contacts of every caregiver; None for a run in the grid."""
+def contacts(run: Run) -> list[Table]:
+    """Return the tables of contacts of every caregiver; none for a run in the grid."""
     if run.settings.world != "house":
-        return None
+        return []
     of = {caregiver: run.episodes[run.episodes.caregiver == caregiver] for caregiver in run.acting}
     tables = [counts_table(of, f" — {run.title}", "in all episodes")] if len(of) > 1 else []
     for caregiver, own in of.items():
@@ -193,7 +193,7 @@ def contacts(run: Run) -> dict[str, Any] | None:
             groups = {family_name(family): own[own.family == family] for family in run.families}
             tables.append(counts_table(groups, where))
         tables.append(limits_table(own, where))
-    return {"tables": tables}
+    return tables
 
 
 def counts_table(groups: Mapping[str, pd.DataFrame], where: str = "", first: str = "with the caregiver") -> Table:

@@ -20,7 +20,7 @@ import numpy as np
 from caregiver_mj.errors import CaregiverError, MissingExtraError
 from caregiver_mj.viz.episode import Episode
 from caregiver_mj.viz.moment import Tile
-from caregiver_mj.viz.viewers.session import Session
+from caregiver_mj.viz.viewers import Session
 
 try:
     import trimesh
@@ -34,8 +34,6 @@ except ImportError as error:
 
 from caregiver_mj.viz.viewers.web_panel import Panel
 
-HOST, PORT = "127.0.0.1", 8080
-RATE = 20.0  # updates per second
 _SEEN = 3  # first hidden group of geoms
 _NOWHERE = 5  # hidden group of sites
 _REFLECTED = 0.45  # intensity of ambient light
@@ -55,7 +53,7 @@ class Server(viser.ViserServer):
 class WebViewer:
     """Serves a session to browsers at `url`. Everything except the network runs in the thread that calls `run`."""
 
-    def __init__(self, session: Session, host: str = HOST, port: int = PORT, rate: float = RATE, plain: bool = False):
+    def __init__(self, session: Session, host: str, port: int, rate: float, plain: bool = False):
         """Serve a session at an address, with a rate of updates per second; `plain` without shadows, which are slow.
 
         Raises:

@@ -22,7 +22,7 @@ from caregiver_mj.plans import sets
 from caregiver_mj.plans.floor_plan import FloorPlan, house_names
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.moment import SOON, HudState
-from caregiver_mj.viz.viewers.session import KEYS, Session
+from caregiver_mj.viz.viewers import KEYS, Session
 
 _SPEEDS = ("0.1", "0.25", "0.5", "1", "2", "5", "10", "20")
 _STEPS: dict[str, Callable[[Session], None]] = {"0.02 s": Session.step, "1 move": Session.next_move}

@@ -18,7 +18,7 @@ from caregiver_mj.caregivers.registry import PERSON
 from caregiver_mj.errors import RenderingError
 from caregiver_mj.viz.cameras import draw_label, draw_tiles
 from caregiver_mj.viz.moment import HudState, place_of
-from caregiver_mj.viz.viewers.session import KEYS, Session
+from caregiver_mj.viz.viewers import KEYS, Session
 
 _PERIOD = 1 / 60  # s between updates
 _KEYS: dict[int, Callable[[Session], None]] = {
