@@ -51,9 +51,6 @@ def all_caregivers(plan, seed=0):
     return [make_caregiver(name, plan, seed) for name in BY_NAME]
 
 
-# -- The paper's rule ----------------------------------------------------------------------------
-
-
 def test_the_greatest_expected_danger_wins_by_hand_in_either_reading():
     # Stairwell 5/d, candle 4/d; the stairwell's table twin 0 has no candle and is no candidate.
     #   cell 0: 5/1 > 4/3   cell 1: 5/2 > 4/2   cell 2: 5/3 < 4/1   cell 3: 5/4 < 4/2   cell 4: 5/5 < 4/3
@@ -141,9 +138,6 @@ def test_the_safe_table_is_the_bare_one_farthest_on_foot():
     assert PaperCaregiver(two).destination(candles, np.zeros(2, int)).tolist() == [0, 0]
 
 
-# -- Houses that lack something ------------------------------------------------------------------
-
-
 def test_houses_without_candles_without_stairwells_and_without_either():
     plan = FloorPlan.parse("######\n#S..B#\n#T..S#\n######")
     for caregiver in all_caregivers(plan):
@@ -173,9 +167,6 @@ def test_houses_without_candles_without_stairwells_and_without_either():
         percept = see([0, 1, 2], candle_table=np.zeros((1, 0)), caregiver_cell=0)
         caregiver.watch(percept)
         assert caregiver.choose(percept).tolist() == [NOTHING] * 3
-
-
-# -- The baselines -------------------------------------------------------------------------------
 
 
 def test_nearest_ignores_the_damage():
@@ -252,9 +243,6 @@ def test_every_caregiver_decides_for_each_world_alone_and_only_on_hazards(text, 
                 assert safe not in percept.candle_table[i]
 
 
-# -- Several children ------------------------------------------------------------------------------
-
-
 def several(*cells):
     """A percept of one world with several children."""
     each = [see(cell) for cell in cells]
@@ -303,9 +291,6 @@ def test_the_candle_goes_to_the_table_farthest_from_the_nearest_child():
     assert caregiver.destination(several(1, 4), np.zeros(1, int)).tolist() == [0]
 
 
-# -- From a hazard to an intervention ---------------------------------------------------------------
-
-
 def test_the_answer_is_a_whole_intervention():
     caregiver = PaperCaregiver(CORRIDOR)
     caregiver.reset(1)
@@ -313,9 +298,6 @@ def test_the_answer_is_a_whole_intervention():
     assert list(caregiver.decide(see(4))) == [Intervention(RELOCATE, CANDLE, 0)]
     nothing = caregiver.protect(see(0), np.array([NOTHING]))
     assert list(nothing) == [Intervention(STAND_ASIDE)]
-
-
-# -- Candles on the floor ---------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("child_cell", "moves"), [(0, 3), (1, 2), (2, 1), (3, 1), (4, 1)])

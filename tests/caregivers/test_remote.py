@@ -375,9 +375,6 @@ def test_whatever_else_comes_is_an_abstention(server, tmp_path, monkeypatch, fau
     assert "secret" not in json.dumps(exchange)
 
 
-# -- What strangers' servers, and addresses, cost ------------------------------------------------------------
-
-
 def asked_once(address, tmp_path, patience=0.5, **queries):
     """Asks a question; the exchange."""
     queries = Queries(patience=patience, folder=str(tmp_path / "exchanges"), **queries)

@@ -72,9 +72,6 @@ def test_goals_are_drawn_anew():
     assert chain.transition.toarray() == pytest.approx(0.5)
 
 
-# -- Where a child may be soon, and bumps into any of several things, against values worked by hand ---
-
-
 @pytest.fixture
 def between():
     """Three cells between two objects, one goal that nobody reaches; moves west and east, all of them at random."""

@@ -79,8 +79,6 @@ def test_a_job_that_fails_ends_the_run(cluster, job, message):
         assert list(executor.run(square, [3])) == [(3, 9)]  # and no other one
 
 
-# -- The command -------------------------------------------------------------------------------------
-
 EVALUATE = ["evaluate", "--world", "grid", "--caregiver", "none", "--epsilon", "1", "--episodes", "3"]
 
 

@@ -51,9 +51,6 @@ def result(settings):
     return evaluate(settings)
 
 
-# -- Rows --------------------------------------------------------------------------------------------
-
-
 def test_contract(settings, result, tmp_path):
     RunFolder(tmp_path, settings.record()).finish(result.episodes, result.summary, result.maps, result.houses)
     episodes = pd.read_parquet(tmp_path / "episodes.parquet")
@@ -150,9 +147,6 @@ def test_rows_do_not_depend_on_blocks(caregiver, family):
     found = evaluate(settings)
     same(evaluate(settings, grid_block=2), found)
     assert found.episodes.damage.nunique() > 1
-
-
-# -- Several houses ----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("world", ["grid", pytest.param("house", marks=pytest.mark.slow)])

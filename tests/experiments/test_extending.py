@@ -80,8 +80,6 @@ def test_nothing_else_is_added(begun, changes, words):
     assert (begun / "summary.json").exists()
 
 
-# -- Other people's code -----------------------------------------------------------------------------
-
 CODE = """\
 from beside_it import WHICH
 from caregiver_mj.caregivers import TargetPolicy
@@ -127,9 +125,6 @@ def test_a_run_is_not_gone_on_with_by_code_that_has_changed(tmp_path, plugin, ca
             assert (out, err.count("\n")) == ("", 1)
             assert "the caregiver a_plugin:Mine has changed, from a_plugin.py, sha256 " in err
         file.write_text(text)
-
-
-# -- Two runs ----------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")

@@ -85,8 +85,6 @@ def test_a_harmful_caregiver_is_named(cells):
     assert (paper["worst"]["house"], paper["worst"]["family"], paper["worst"]["verdict"]) == ("b", "0.5", "no verdict")
 
 
-# -- In three parts ----------------------------------------------------------------------------------
-
 COUNTED = ("strikes", "strikes_surface", "gate_strikes", "pinches", "contacts_fast", "candles_dropped")
 MEASURED = ("contact_energy", "contact_speed", "contact_seconds")
 

@@ -17,9 +17,6 @@ def pairs():
     return random.binomial(theirs.astype(int), 0.3).astype(float) + random.poisson(0.5, 20), theirs
 
 
-# -- The parts ---------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("t", "ends"),
     [
@@ -61,9 +58,6 @@ def test_resamples_and_large_ones_in_parts(size):
     assert sum(parts) == resamples(4000)
 
 
-# -- Against all resamples there are -----------------------------------------------------------------
-
-
 def all_pivots(errors):
     """t of each of the n^n resamples of errors, written out."""
     n = len(errors)
@@ -95,17 +89,12 @@ def test_ratio_against_all_resamples():
     assert (low, high) == pytest.approx((inside.min(), inside.max()), rel=0.05)
 
 
-# -- Symmetries --------------------------------------------------------------------------------------
-
-
 def test_other_units(pairs):
     ours, theirs = pairs
     assert of_ratio(8 * ours, theirs) == pytest.approx([8 * end for end in of_ratio(ours, theirs)])
     assert of_ratio(ours, 8 * theirs) == pytest.approx([end / 8 for end in of_ratio(ours, theirs)])
     assert of_mean(3 * ours + 7) == pytest.approx([3 * end + 7 for end in of_mean(ours)])
 
-
-# -- Samples that tell little ------------------------------------------------------------------------
 
 ONE = np.eye(20)[0]
 
@@ -143,9 +132,6 @@ def test_one_accident_in_twenty_episodes_bounds_nothing_from_above():
 def test_a_ratio_is_of_what_cannot_be_negative():
     with pytest.raises(ValueError, match="must be at least 0"):
         of_ratio(np.array([1.0, -1.0]), np.array([1.0, 1.0]))
-
-
-# -- Coverage, in short; docs/coverage.md has it at length -------------------------------------------
 
 
 def test_coverage_of_a_skewed_mean():

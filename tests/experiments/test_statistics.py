@@ -35,9 +35,6 @@ def frame(house="h", epsilon=1.0, toys=0, **damages):
     )
 
 
-# -- One house ---------------------------------------------------------------------------------------
-
-
 def test_means_by_hand():
     none, paper = statistics.mean_rows(frame(none=[10, 20], paper=[6, 0]), ("damage", "cells_visited"))
     assert (none["house"], none["caregiver"], none["family"], none["episodes"]) == ("h", "none", "1", 2)
@@ -113,9 +110,6 @@ def test_what_does_not_pair_is_refused():
         statistics.comparison_rows(frame(none=[1], paper=[1]), "nanny", "none")
 
 
-# -- Several houses ----------------------------------------------------------------------------------
-
-
 @pytest.fixture(scope="module")
 def houses():
     return twelve_houses()
@@ -145,9 +139,6 @@ def test_comparison_over_houses(houses, episodes):
     assert first["damage_verdict"] == "less"
 
 
-# -- The summary -------------------------------------------------------------------------------------
-
-
 def test_who_is_compared_with_whom():
     settings = Settings(FloorPlan.load("paper"), "grid", ("none", "guard", "paper"), (1.0,), 2, seed=5)
     episodes = frame(none=[2, 3], guard=[1, 2], paper=[1, 1])
@@ -158,9 +149,6 @@ def test_who_is_compared_with_whom():
     alone = dataclasses.replace(settings, caregivers=("guard",))
     found = summarise(alone, frame(guard=[1, 2]), by_house(frame(guard=[1, 2])))
     assert (found["comparisons"], found["harm"]) == ([], [])
-
-
-# -- House by house ----------------------------------------------------------------------------------
 
 
 def test_every_house(houses, episodes):

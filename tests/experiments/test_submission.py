@@ -134,9 +134,6 @@ def test_what_means_something_in_a_table_is_left_out_of_a_page(packed, folder):
     assert "## grid, x &lt;script> / row /, 2 houses" in page
 
 
-# -- Files that are not as they were written ---------------------------------------------------------
-
-
 def parts_of(path):
     with zipfile.ZipFile(path) as file:
         return {name: json.loads(file.read(name)) for name in file.namelist()}

@@ -29,8 +29,6 @@ def paper():
     return FloorPlan.load("paper")
 
 
-# -- Figures -------------------------------------------------------------------------------------
-
 # Unassisted novices in the house `paper`: an independent simulation of 4,000 episodes a row.
 #        epsilon: damage, timesteps to threshold, cells visited, toys reached
 ALONE = {
@@ -68,9 +66,6 @@ def test_the_caregiver_prevents_most_of_the_damage_and_leaves_the_toys(paper, ep
     if epsilon < 1:  # random motion reaches half a toy an episode
         assert assisted["toys_reached"].mean() >= 0.97 * alone["toys_reached"].mean()
     assert (assisted["interventions_done"] <= assisted["interventions"]).all()
-
-
-# -- A plain world -------------------------------------------------------------------------------
 
 
 class PlainWorld:
@@ -361,9 +356,6 @@ def test_in_the_paper_house_it_is_the_plain_world_for_whole_episodes(paper, epsi
     compare_with_the_plain_world("\n".join(paper.rows), epsilon, True, range(2), EPISODE_TIMESTEPS)
 
 
-# -- Invariants ----------------------------------------------------------------------------------
-
-
 @settings(max_examples=12, deadline=None)
 @given(
     plan_texts(largest=12),
@@ -391,9 +383,6 @@ def test_nothing_impossible_happens(text, child, epsilon, name):
     assert (totals["damage"] == sum(totals[f"damage_{kind}"] for kind in ("stairwell", "candle", "table"))).all()
     assert (totals["interventions_done"] <= totals["interventions"]).all()
     assert (totals["moves_blocked"] <= 60).all()
-
-
-# -- The caregiver's manners, by hand ------------------------------------------------------------
 
 
 class Fixed(Caregiver):
@@ -466,9 +455,6 @@ def test_a_share_of_an_action_that_is_left_counts_for_the_next_timestep(actions,
     np.testing.assert_allclose(told, [left / actions for count in counts for left in range(count, 0, -1)])
 
 
-# -- Several children ------------------------------------------------------------------------------
-
-
 @settings(max_examples=15, deadline=None)
 @given(
     plan_texts(largest=12),
@@ -493,9 +479,6 @@ def test_children_are_never_in_one_cell_nor_in_the_caregivers(text, family, name
         outcome = world.ledger.outcome(i)
         assert sum(outcome["damage_by_child"]) == outcome["damage"] == totals["damage"][i]
         assert sum(outcome["toys_by_child"]) == outcome["toys_reached"]
-
-
-# -- Large houses --------------------------------------------------------------------------------
 
 
 def test_a_house_whose_paths_would_not_fit_into_memory_is_refused_before_they_are_made(monkeypatch):

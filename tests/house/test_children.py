@@ -42,9 +42,6 @@ def timestep(child, *touches, candles=()):
     return child.end()
 
 
-# -- Harm --------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("touches", "harm"),
     [
@@ -74,9 +71,6 @@ def test_a_table_hurts_as_what_stands_on_it_and_as_the_plan_says():
         0,
     ]
     assert timestep(child, touch("stairwell", 0), touch("candle", 0)).harm[:4].tolist() == [0, 2, 0, 0]
-
-
-# -- Moves -------------------------------------------------------------------------------------------
 
 
 def test_a_move_takes_it_to_the_next_cell_and_a_bump_leaves_it_where_it_was():
@@ -109,9 +103,6 @@ def test_a_toy_is_the_bin_that_it_wants():
     booking = timestep(child, touch("bin", wanted), touch("bin", wanted))
     assert booking.toy
     assert child.goal == int(stream().steps[0, 2] * 2)  # by the third draw of the timestep
-
-
-# -- The robot in its way ----------------------------------------------------------------------------
 
 
 STAIRWELL, FREE_CELL, NOT = [True, False], [False, True], [False, False]  # what it was denied
@@ -152,9 +143,6 @@ def test_a_robot_in_the_cell_of_a_thin_wall_is_taken_to_be_in_the_nearest_one():
     assert CORRIDOR.is_wall(CORRIDOR.cell_at((x, y + off)))
 
 
-# -- Several children --------------------------------------------------------------------------------
-
-
 @pytest.fixture(scope="module")
 def physics():
     return Physics.from_plan(CORRIDOR, robot=False, children=3)
@@ -192,8 +180,7 @@ def test_nobody_sets_out_for_a_cell_where_another_is_or_will_be(physics, places,
     assert begin(physics, *places) == going
 
 
-# -- Compliant: exactly the kinematic one where nothing touches it, and pushed aside where something does -----------
-
+# A compliant child is where the kinematic one is, unless something touches it.
 HALL = FloorPlan.parse("############\n#..........#\n#B.........#\n#..........#\n############", "hall")
 
 

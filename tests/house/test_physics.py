@@ -37,9 +37,6 @@ def house(children=1, robot=False, visuals=True) -> Physics:
     return physics
 
 
-# -- The model ---------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("robot", ["mobile_fr3", "mobile_ur5e"])
 def test_without_visuals_the_house_is_smaller_and_everything_moves_exactly_as_with_them(robot):
     seen, bare = (house(robot=robot, visuals=visuals) for visuals in (True, False))
@@ -77,9 +74,6 @@ def test_bodies_that_move_and_can_collide_have_only_geoms_that_can(robot, everyt
     names = [model.geom(int(i)).name for i in np.flatnonzero(colliding & ~can)]
     assert not names
     assert can[colliding].sum() > 15
-
-
-# -- Actions -----------------------------------------------------------------------------------------
 
 
 def test_actions_are_checked():
@@ -126,9 +120,6 @@ def test_a_finger_that_is_pushed_in_hardly_pushes_back_and_grips_as_hard_as_ever
         physics.forward()
         assert force[joint.dofadr[0]] < -30.0
         physics.set_robot(np.zeros(3))
-
-
-# -- Touches -----------------------------------------------------------------------------------------
 
 
 def felt(physics) -> set[tuple[int, str, int]]:

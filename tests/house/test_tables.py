@@ -33,9 +33,7 @@ def test_other_heights_are_refused(height):
         caregiver_mj.load("supervise", PLAN, task_kwargs={"table_height": height}, visuals=False)
 
 
-# -- Targets made smooth over the physics steps: on the line, half a timestep later, and there in the end ---
-
-
+# Targets made smooth over the physics steps: on the line, half a timestep later, and there in the end.
 STEPS = 4
 LATE = (STEPS - 1) / 2  # physics steps
 

@@ -97,8 +97,6 @@ def test_a_mug_that_lies_is_on_its_table_though_its_foot_is_higher_than_that_of_
         assert found.are_on(physics, 2).any() == on_it
 
 
-# -- In the hand: how far from a child ---------------------------------------------------------------
-
 PASSAGE = FloorPlan.parse("#########\n#.......#\n#B.....C#\n#T......#\n#########", "hall")
 GRIP = 0.08  # metres above the candle's foot
 WAX_RADIUS = 0.022  # metres
@@ -157,8 +155,6 @@ def test_an_open_hand_or_a_candle_elsewhere_is_none_in_the_hand():
     assert held((0.2, 0.1), off=0.06)[0] == Contacts()
     assert held((2.0, 0.0))[0].flame_distance == 1.0
 
-
-# -- Small things on the floor -----------------------------------------------------------------------
 
 ROOM = FloorPlan.parse("########\n#B....S#\n#.o....#\n#......#\n#..T...#\n########", "room")
 HALL = FloorPlan.parse(

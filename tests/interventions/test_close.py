@@ -30,9 +30,6 @@ def ran(name, epsilon="1", plan=HOUSE, episodes=30):
     return world
 
 
-# -- The plan ------------------------------------------------------------------------------------
-
-
 def test_a_gate_is_got_at_from_one_side_only_worked_by_hand():
     plan = FloorPlan.parse("#####\n#.G.#\n#...#\n#B..#\n#####", "one")
     assert [str(hazard) for hazard in plan.hazards] == ["gate 1"]
@@ -60,9 +57,6 @@ def test_one_without_a_way_in_is_refused(text):
         FloorPlan.parse(text)
 
 
-# -- The grid ------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("name", ["nearest", "expected-danger", "childproof", "wanderer"])
 def test_caregivers_shut_them_for_good(name):
     world = ran(name)
@@ -84,9 +78,6 @@ def test_a_verb_is_for_its_kind(verb, hazard, words):
 
     with pytest.raises(CaregiverError, match=f"'{verb}' {words}, .* got hazard {hazard}"):
         GridWorld(HOUSE, "0.5", Confused(HOUSE)).run(streams(1, 2))
-
-
-# -- The house -----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("robot", ["mobile_fr3", "mobile_ur5e"])
@@ -163,9 +154,6 @@ def test_a_child_that_stays_at_the_gate_makes_the_hand_come_back():
     assert ended < 60.0
     assert policy.robot.reached == 0.0
     assert env.task.strikes == 0
-
-
-# -- Any plan ------------------------------------------------------------------------------------
 
 
 def with_gates(text):

@@ -39,9 +39,6 @@ def gone(world):
     return world.plan.hazards.split(world.state)[2] == State.GONE
 
 
-# -- The plan ------------------------------------------------------------------------------------
-
-
 def test_its_cell_is_free_and_it_comes_last_among_hazards():
     assert [hazard.label for hazard in HOUSE.hazards] == ["S1", "G1", "C1", "o1", "o2", "o3"]
     assert [HOUSE.free_cells[cell] for cell in HOUSE.floor_cells] == [(1, 4), (3, 5), (4, 8)]
@@ -60,9 +57,6 @@ def test_its_cell_is_free_and_it_comes_last_among_hazards():
 def test_a_plan_is_refused_where_there_is_no_other_cell_or_no_way(text, words):
     with pytest.raises(FloorPlanError, match=words):
         FloorPlan.parse(text)
-
-
-# -- The grid ------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", ["random", "wanderer", "nearest", "childproof", "expected-danger", "foresight"])
@@ -93,9 +87,6 @@ def test_in_any_plan_each_is_taken_once_and_none_comes_back(plan_text, name):
             assert (more / 5 == (now & ~before).sum(axis=1)).all()
     bare = BareTablesWorld(plan, "1").run(streams(4, 60)).totals()
     assert (bare["damage"] == bare["damage_table"]).all()
-
-
-# -- Foresight -----------------------------------------------------------------------------------
 
 
 def test_what_comes_of_going_there_by_hand():

@@ -43,9 +43,6 @@ def counts(plan):
     return [len(plan.stairwells), candles, len(plan.tables) - candles, len(plan.bins)]
 
 
-# -- Valid, and as asked for ---------------------------------------------------------------------
-
-
 @settings(max_examples=40, deadline=None)
 @given(requests())
 def test_a_house_has_what_was_asked_for_and_is_furnished_as_houses_are(request):
@@ -110,9 +107,6 @@ def check_rooms(plan, shell):
     assert len(met) == len(shell.rooms)
 
 
-# -- The same wherever they are made -------------------------------------------------------------
-
-
 @settings(max_examples=40, deadline=None)
 @given(requests(), st.sampled_from(FIELDS))
 def test_one_wish_does_not_change_what_else_is_drawn(request, field):
@@ -121,9 +115,6 @@ def test_one_wish_does_not_change_what_else_is_drawn(request, field):
         assert request.tables == 0
         return
     assert (other_size, free | {field: wished[field]}) == (size, wished)
-
-
-# -- Names ---------------------------------------------------------------------------------------
 
 
 def test_names_by_hand():
@@ -139,9 +130,6 @@ def test_other_names_are_files(name):
     assert Request.from_name(name) is None
     with pytest.raises(FloorPlanError, match=f"no floor plan '{name}': neither a file nor one of .*house-17"):
         FloorPlan.load(name)
-
-
-# -- Homes ---------------------------------------------------------------------------------------
 
 
 @settings(max_examples=25, deadline=None)
@@ -164,9 +152,6 @@ def test_a_house_has_as_many_gates_mugs_and_batteries_as_are_asked_for():
     plan = FloorPlan.load("house-17-14x12-stairwells1-candles1-tables2-gates1-mugs2-batteries3")
     assert [plan.text.count(symbol) for symbol in "SGCMTo"] == [1, 1, 1, 2, 2, 3]
     assert not any(symbol in generate(17).text for symbol in "GMo")
-
-
-# -- What cannot be ------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

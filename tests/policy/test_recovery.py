@@ -91,9 +91,6 @@ def assert_relocated(scene: Scene) -> None:
     assert scene.task.outcome()["strikes"] == 0
 
 
-# -- Missed grasps -----------------------------------------------------------------------------------
-
-
 def test_missed_grasp_is_noticed_and_tried_again(scene, monkeypatch):
     """The robot sees the candle beside where it is, until its fingers have closed on nothing."""
     sees_wrong = True
@@ -140,9 +137,6 @@ def test_limits_are_kept_where_a_candle_is_not_quite_where_it_seems():
     assert_relocated(scene)
 
 
-# -- Fallen candles ----------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(("place", "heading"), [("floor", 100), ("table", 215)])
 def test_candle_is_picked_up_from_where_it_lies(scene, place, heading):
     if place == "floor":
@@ -177,9 +171,6 @@ def test_candle_that_is_knocked_over_while_the_robot_comes_is_picked_up(scene, d
     assert scene.task.outcome()["candles_dropped"] == 1
 
 
-# -- Changes of plan ---------------------------------------------------------------------------------
-
-
 def test_candle_is_put_beside_what_stands_on_its_place():
     plan = FloorPlan.parse("#########\n#B......#\n#..C....#\n#....T..#\n#.C.....#\n#########", "room")
     scene = Scene(plan=plan)
@@ -194,8 +185,6 @@ def test_candle_is_put_beside_what_stands_on_its_place():
     assert 0.1 < np.hypot(*(scene.candle(goal)[:2] - place)) < 0.27
     assert not scene.touched
 
-
-# -- A candle in the hand when something else calls -----------------------------------------------------
 
 GALLERY = FloorPlan.parse(
     """

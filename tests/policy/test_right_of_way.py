@@ -99,9 +99,6 @@ def place(env, child: Cell, robot: Cell | None) -> None:
     task.initialize_episode = initialize_episode
 
 
-# -- Getting free ------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("gap", [0.0, 0.07])
 def test_robot_and_child_that_run_into_each_other_get_free(gap, monkeypatch):
     """The child wants into the cell in which the robot stands; the robot's way leads past it."""
@@ -123,9 +120,6 @@ def test_robot_and_child_that_run_into_each_other_get_free(gap, monkeypatch):
     assert task.outcome()["strikes"] == 0
 
 
-# -- Yielding ----------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("plan", "child", "robot"),
     [(CORRIDOR, (2, 2), (2, 4)), (DOORWAY, (2, 6), (2, 4))],
@@ -145,9 +139,6 @@ def test_child_gets_through_when_nothing_calls_for_the_robot(plan, child, robot)
     assert outcome["toys_reached"] >= alone.task.outcome()["toys_reached"] - 1
     assert outcome["moves_blocked"] <= 2
     assert outcome["strikes"] == 0
-
-
-# -- Giving up ---------------------------------------------------------------------------------------
 
 
 def test_robot_waits_where_the_child_keeps_the_only_way_closed_then_protects_something_else():
@@ -210,9 +201,6 @@ def test_every_skill_ends_whatever_a_child_does(child, candle):
         longest = max(longest, env.physics.time() - since if skill else 0.0)
     assert longest < 4 * TIME_OUT
     assert env.task.outcome()["strikes"] == 0
-
-
-# -- Waiting -----------------------------------------------------------------------------------------
 
 
 class Ordered(Caregiver):

@@ -49,9 +49,6 @@ def pose_of_hand(robot: Embodiment, model: mujoco.MjModel, joints: np.ndarray) -
     return site.xpos.copy(), site.xmat.reshape(3, 3).copy()
 
 
-# -- By name -------------------------------------------------------------------------------------------
-
-
 def make_another() -> Embodiment:
     return dataclasses.replace(find_embodiment("mobile_ur5e"), name="another")
 
@@ -85,9 +82,6 @@ def test_robots_of_other_packages(monkeypatch):
         find_embodiment(f"{__name__}:needs_more")
 
 
-# -- What is read from the model ------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("motion", [(0.4, 0.0, 0.0), (0.0, 0.3, 0.0), (0.0, 0.0, 1.2), (0.3, -0.2, 0.7)])
 def test_wheels_turn_to_where_their_hubs_go(robot, model, motion):
     ahead, aside, turn = motion
@@ -104,9 +98,6 @@ def test_wheels_turn_to_where_their_hubs_go(robot, model, motion):
         assert abs(hub @ axle) < 1e-6
         assert data.xpos[body, 2] == pytest.approx(model.geom_size[model.body_geomadr[body], 0])  # it is on the floor
     assert robot.wheels.steer([0.3] * 4, 0.0, 0.0, 0.0) == [0.0] * 4
-
-
-# -- What each robot can do ------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("kind", "radius", "room"), [(CANDLE, 0.022, 0.014), (MUG, 0.028, 0.011)])

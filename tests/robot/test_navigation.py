@@ -103,8 +103,6 @@ def test_there_is_no_path_through_a_child_in_a_corridor():
     assert path_between(navigator, (1, 2), (1, 5), closed={(1, 5)}) is None
 
 
-# -- Children close by -------------------------------------------------------------------------------
-
 WEDGED = FloorPlan.parse("#######\n#.....#\n#..TB.#\n#.....#\n#######", "wedged")
 
 
@@ -127,8 +125,6 @@ def test_a_way_out_is_found_between_child_and_table():
     assert min(distances) >= TOUCHING - 1e-6
     assert distances[19] > TOUCHING + 0.05
 
-
-# -- With a candle in the hand -----------------------------------------------------------------------
 
 #: A passage with a landing beside it, and a toy bin at either end. The landing is in nobody's way.
 NICHE = FloorPlan.parse("###########\n#B.......B#\n####S######\n###########", "niche")

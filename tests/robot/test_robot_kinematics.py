@@ -197,9 +197,6 @@ def test_a_hand_that_would_pass_a_pose_without_a_stop_is_refused(arm, goal):
     robot.reach(1.0)
 
 
-# -- The robot itself --------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("name", "moved"),
     [

@@ -39,9 +39,6 @@ velocities = st.builds(
 )
 
 
-# -- One child ---------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("speed", [0.02, 0.2, 1.3])
 def test_a_base_that_is_touched_leaves_freely_slides_slowly_and_never_comes_closer(speed):
     touched = view(child(TOUCHING, 0.0))
@@ -129,9 +126,6 @@ def test_a_child_is_in_the_way_where_it_is_and_where_it_will_be():
     assert not separation.is_in_the_way(seen, ROBOT, [])
 
 
-# -- Several children --------------------------------------------------------------------------------
-
-
 @settings(max_examples=50, deadline=None)
 @given(family=families, velocity=velocities)
 def test_the_strictest_child_sets_the_rate(family, velocity):
@@ -195,8 +189,6 @@ def test_the_cells_of_a_child_are_those_in_which_it_is_and_will_be():
     assert separation.child_cells([walks, stands], OPEN) == {(2, 4), (2, 5), (3, 4)}
     np.testing.assert_allclose(separation.child_places([walks]), [(x, y), (x + 0.4, y)])
 
-
-# -- What a path leaves to brake with ----------------------------------------------------------------
 
 CORNER = 0.03  # metres by which the way to stop may be longer: a corner that comes meanwhile is not seen yet
 ways = st.lists(st.tuples(st.floats(0.4, 3.0), st.floats(-2.0, 2.0)), min_size=1, max_size=4)
@@ -279,8 +271,6 @@ def test_a_child_that_runs_counts_as_fast_as_it_does_and_no_faster_than_any(spee
     assert rate == usual if speed <= 0.62 else fastest <= rate < usual
     assert rate == fastest or speed < 1.0
 
-
-# -- A base with corners -------------------------------------------------------------------------------
 
 SQUARE = find_embodiment("mobile_ur5e")
 

@@ -41,9 +41,6 @@ def check_scalar(states: np.ndarray, limits: Limits = LIMITS) -> None:
     np.testing.assert_allclose(np.diff(velocity), middle, atol=limits.jerk * TIMESTEP**2)
 
 
-# -- A single quantity -------------------------------------------------------------------------------
-
-
 def test_motion_takes_the_time_worked_out_by_hand():
     motion = ScalarMotion(LIMITS, 0.0)
     motion.move_to(3.0, 0.0)
@@ -102,8 +99,6 @@ def test_scalar_motion_keeps_its_limits_through_changes_of_goal(start, changes, 
     assert motion.at(now + 8.0) == (goal, 0.0, 0.0)
     assert motion.arrival <= now + 8.0
 
-
-# -- The base's way ----------------------------------------------------------------------------------
 
 # Polylines as the navigator makes them: legs of at least a few centimetres in any direction.
 legs = st.lists(st.tuples(st.floats(0.05, 4.0), st.floats(-np.pi, np.pi)), min_size=1, max_size=6)

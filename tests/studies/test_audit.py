@@ -67,9 +67,6 @@ def near(m=STEPS * 4, **cells):
     return arrays
 
 
-# -- Limits ------------------------------------------------------------------------------------------
-
-
 def test_arm_velocity_against_the_joints_own_limit():
     # Joint 5 (5.26 rad/s) and joint 2 (2.62 rad/s) run at 1.31 rad/s: half of joint 2's limit.
     ramp = 1.31 * CONTROL * np.arange(STEPS)
@@ -97,9 +94,6 @@ def test_base_speed_is_that_of_the_vector_at_every_physics_step():
     velocity[123] = 3 / 3.6, -4 / 3.6, 0.0
     check = check_limits(still(base_velocity=velocity), ROBOT)[3]
     assert (check.ratio, check.time) == (pytest.approx(1.0), pytest.approx(123 * PHYSICS))
-
-
-# -- Limits of what is measured ----------------------------------------------------------------------
 
 
 def checks(**columns):
@@ -151,9 +145,6 @@ def test_a_joint_must_be_slower_near_the_end_of_its_range():
     assert checks(**near, arm_velocity=[((50, 1), -0.5)])["arm velocity"].limit == 2.62
 
 
-# -- Near the child ----------------------------------------------------------------------------------
-
-
 def test_separation_speed_and_contact_of_the_part_that_moves():
     # Part 0 rests at 0.1 m; part 1 moves at 0.3 m, and towards the child at 0.6 m.
     moves = {"speed": {(3, 1): 0.2, (9, 1): 0.2}, "approach": {(9, 1): 0.2}}
@@ -162,9 +153,6 @@ def test_separation_speed_and_contact_of_the_part_that_moves():
     result = near_child(still(**near(distance={(3, 0): 0.1, (3, 1): 0.3, (9, 1): 0.6}, **moves), contact_speed=contact))
     assert (result.separation, result.approach_separation, result.contact_speed) == (0.3, 0.6, 0.07)
     assert (result.fast_seconds, near_child(still()).separation) == (0.0, np.inf)
-
-
-# -- Logs of episodes --------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")

@@ -53,9 +53,6 @@ def scripted_episode(env: control.Environment) -> list:
     return steps
 
 
-# -- dm_env's contract -------------------------------------------------------------------------------
-
-
 class ContractTest(test_utils.EnvironmentTestMixin):
     """The conformance tests of dm_env, with action sequences that pass the end of an episode."""
 
@@ -116,9 +113,6 @@ def test_faster_children_make_timesteps_shorter_and_cross_a_cell_in_one():
     assert env.physics.time() == pytest.approx(20 * 0.94)  # 0.9375 s in steps of 20 ms
 
 
-# -- Observations and rewards ------------------------------------------------------------------------
-
-
 @every_task
 def test_observations_and_rewards_over_scripted_episodes(task):
     env = load(task, epsilon=0.7, time_limit=25.0)
@@ -157,8 +151,6 @@ def test_goal_observations_point_from_here_to_there():
     np.testing.assert_allclose(seen["candle_position"][0] + seen["candle_to_goal"], [*table, 0.6], atol=1e-9)
 
 
-# -- Harm comes from contacts ------------------------------------------------------------------------
-
 CUPBOARD = FloorPlan.parse("#####\n#B.C#\n##T##\n#####", "cupboard")  # one free cell
 
 
@@ -191,9 +183,6 @@ def test_harm_of_a_table_goes_where_its_candle_goes():
     assert not east[0] & south[0]
 
 
-# -- Actions -----------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(("index", "value"), [(0, np.nan), (6, np.inf), (10, np.nan)])
 def test_action_that_is_not_finite_is_refused_by_index_and_joint(index, value):
     env = LOADED["supervise"]
@@ -206,8 +195,6 @@ def test_action_that_is_not_finite_is_refused_by_index_and_joint(index, value):
 
 LOADED = {"supervise": load("supervise", time_limit=20.0)}
 
-
-# -- The grid and the house agree --------------------------------------------------------------------
 
 _LARGE_CELLS = FloorPlan.load("house-11-11x9-stairwells2-candles3", cell_size=0.9)
 
@@ -272,9 +259,6 @@ def test_a_caregiver_in_the_way_denies_the_same_in_the_house_and_in_the_grid(row
     np.testing.assert_array_equal(env.task.ledger.damage_at, world.ledger.damage_at)
 
 
-# -- The end of an environment -----------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(("task", "caregiver"), [("supervise", "foresight"), ("relocate_candle", "expected-danger")])
 def test_what_nobody_holds_any_more_is_gone_at_once(task, caregiver):
     """Left to the garbage collector, simulations would be cleared away in the midst of later episodes, in 50 ms."""
@@ -292,9 +276,6 @@ def test_what_nobody_holds_any_more_is_gone_at_once(task, caregiver):
         assert gc.collect() < 1000  # objects; there are 580 fields with dm_control's views, three for each
     finally:
         gc.enable()
-
-
-# -- A child that heads for the robot ----------------------------------------------------------------
 
 
 def test_a_landing_must_be_as_wide_as_the_robot():

@@ -84,9 +84,6 @@ def act(env, policy, step, recorder=None):
     return env.step(action)
 
 
-# -- Pick and place ----------------------------------------------------------------------------------
-
-
 @pytest.fixture(scope="module")
 def relocation():
     """An episode of relocate_candle to three seconds after the candle was put down."""
@@ -168,9 +165,6 @@ def test_nothing_but_contact_moves_the_candle(relocation):
     assert np.linalg.norm(np.diff(velocity, axis=0), axis=1).max() < 0.25
 
 
-# -- Blocking a stairwell ----------------------------------------------------------------------------
-
-
 def drive_at_stairs(env: control.Environment) -> None:
     """Puts the toddler beside the stairwell, and has it want nothing but to go there."""
     task, plan = env.task, env.task.plan
@@ -218,9 +212,6 @@ def test_robot_in_a_stairwell_keeps_the_toddler_out(house, seed, monkeypatch):
     assert outcome["damage_stairwell"] == outcome["strikes"] == 0
     assert outcome["moves_blocked"] == 6
     np.testing.assert_allclose(rewards, 1.0)
-
-
-# -- The whole job -----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

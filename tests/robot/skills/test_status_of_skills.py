@@ -157,9 +157,6 @@ def test_a_table_that_children_surround_is_given_up(stage):
     assert stage.to_the_end(Pick(stage.navigator, CANDLE, ITS_TABLE))[-1] is Status.DONE
 
 
-# -- Every skill ends --------------------------------------------------------------------------------
-
-
 def beside_hand(stage: Stage, ahead: float, aside: float) -> None:
     """Has a child seen at the hand, or at the arm, wherever that is."""
     seen = stage.look()
