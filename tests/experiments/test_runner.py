@@ -71,12 +71,6 @@ def test_observers_see_every_step_and_change_no_row(in_house):
     assert in_house.measured[0]["damage"] > 0
 
 
-def test_a_batch_has_the_rows_of_its_episodes_one_by_one():
-    together = rows(run(GRID))
-    assert together == [rows(run([spec]))[0] for spec in GRID]
-    assert len({row["damage"] for row in together}) > 1
-
-
 def test_an_environment_of_gymnasium_has_the_same_episode(in_house):
     env = HouseEnv("supervise", PLAN, 1.0, task_kwargs={"time_limit": SECONDS})
     policy = make_policy(env.dm_env, HOUSE.caregiver, HOUSE.seed)
