@@ -5,14 +5,11 @@ import functools
 import numpy as np
 import pytest
 
-import caregiver_mj
+from caregiver_mj import CaregiverError, CaregiverPolicy, FloorPlan, load
 from caregiver_mj.caregivers.attentive import looks
 from caregiver_mj.caregivers.registry import find_caregiver, make_caregiver
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.interventions.verb import STAND_ASIDE
-from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.policy.policy import CaregiverPolicy
 from study import run_in_grid
 
 SMALL = FloorPlan.parse("########\n#S.C..B#\n#......#\n#.T..BS#\n########", "small")
@@ -43,7 +40,7 @@ def test_without_a_name_it_acts_by_the_rule():
 
 
 def test_in_the_house_it_ends_what_it_is_about_when_it_does_not_look():
-    env = caregiver_mj.load("supervise", house=SMALL, epsilon=1.0, random=0, visuals=False)
+    env = load("supervise", house=SMALL, epsilon=1.0, random=0, visuals=False)
     policy = CaregiverPolicy(env, make_caregiver("attentive:1:stairs", SMALL))
     step = env.reset()
     step = env.step(policy(step))

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from caregiver_mj import CaregiverError, CaregiverPolicy, FloorPlan
 from caregiver_mj.caregivers import remote
 from caregiver_mj.caregivers import server as servers
 from caregiver_mj.caregivers.answers import kept, replayed
@@ -23,13 +24,10 @@ from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.caregivers.server import Queries
 from caregiver_mj.cli import main
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.spec import episode_streams
 from caregiver_mj.grid.world import GridWorld
-from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.tasks import load
 
 pytest.importorskip("openai")

@@ -4,14 +4,13 @@ import numpy as np
 import pytest
 from worlds import streams
 
+from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.caregivers.baselines import NearestCaregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.children.novice import expert_trajectories
 from caregiver_mj.danger import safety
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld, run_episodes
 from caregiver_mj.interventions.verb import BLOCK, RELOCATE, STAND_ASIDE
-from caregiver_mj.plans.floor_plan import FloorPlan
 
 PAPER = FloorPlan.load("paper")
 

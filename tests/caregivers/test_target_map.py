@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 from worlds import streams
 
+from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.target_observation import Encoder
 from caregiver_mj.envs.target_grid import TargetGrid
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, State
 
 # The stairs behind the gate go down to the north, so that it is entered from the south; to the west it is fenced.

@@ -5,10 +5,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scripted_child import Scripted
 
+from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.children.child_group import ChildGroup, ChildSpec, side_by_side
 from caregiver_mj.children.novice import Novice
-from caregiver_mj.errors import CaregiverError
-from caregiver_mj.plans.floor_plan import FloorPlan
 
 PLAN = FloorPlan.parse("####\n#B.#\n####", "closet")
 

@@ -8,11 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_plans import plan_texts
 
+from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.children.behaviour import ChildPercept
 from caregiver_mj.children.novice import Expert, Novice, expert_trajectories
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.cell_graph import Target
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
 NORTH, EAST, SOUTH, WEST = range(4)

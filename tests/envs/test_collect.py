@@ -5,12 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
+from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.envs.recipe import RANDOM, Recording, collect
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.spec import EpisodeSpec
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.recording.steps import Store
 from caregiver_mj.viz.episode import Episode

@@ -10,11 +10,9 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from small import PLAN, TARGETS, same
 
-import caregiver_mj
+from caregiver_mj import CaregiverError, CaregiverPolicy, FloorPlan, load
 from caregiver_mj.caregivers.caregiver import Caregiver
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import run_episodes
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
 STAIRWELL, CANDLE = 1, 2  # actions in that house
@@ -136,8 +134,8 @@ def test_in_the_house_the_robot_does_what_the_scripted_one_does():
     env = make("house", task_kwargs=SHORT)
     steps = run(env, 3, lambda *_: STAIRWELL)
     assert len(steps) == 5
-    elsewhere = caregiver_mj.load("supervise", PLAN, random=3, task_kwargs=SHORT)
-    policy = caregiver_mj.CaregiverPolicy(elsewhere, Only(PLAN, 0))
+    elsewhere = load("supervise", PLAN, random=3, task_kwargs=SHORT)
+    policy = CaregiverPolicy(elsewhere, Only(PLAN, 0))
     timestep = elsewhere.reset()
     while not timestep.last():
         timestep = elsewhere.step(policy(timestep))

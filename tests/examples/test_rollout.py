@@ -7,12 +7,11 @@ import pytest
 import rollout_caregiver
 from rollout_caregiver import RolloutCaregiver, to_expect
 
+from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.danger.child_model import child_chain
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.spec import episode_streams
 from caregiver_mj.grid.world import GridWorld
-from caregiver_mj.plans.floor_plan import FloorPlan
 
 HOUSE = "#########\n#S..#..B#\n#...#..C#\n#.......#\n#B..#..T#\n#########\n"
 

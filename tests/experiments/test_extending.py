@@ -10,13 +10,11 @@ import pandas as pd
 import pytest
 from comparing import same
 
-from caregiver_mj import cli
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj import CaregiverError, FloorPlan, cli
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.finished import compare_runs, read_finished
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import Settings
-from caregiver_mj.plans.floor_plan import FloorPlan
 
 TINY = FloorPlan.parse("######\n#B.S.#\n#....#\n#C..T#\n######", "tiny")
 

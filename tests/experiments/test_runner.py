@@ -6,12 +6,11 @@ from unittest import mock
 import numpy as np
 import pytest
 
+from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.envs.house import HouseEnv
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.runner import DivergenceError, HouseRollout, make_grid, make_house, run
 from caregiver_mj.experiments.spec import EpisodeSpec, episode_random, episode_streams
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.own import make_policy
 
 PLAN = FloorPlan.parse("########\n#B..S..#\n#......#\n#.C..T.#\n#...B..#\n########", "small")

@@ -6,14 +6,13 @@ import json
 import numpy as np
 import pytest
 
+from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.children.child_group import ChildGroup, ChildSpec
 from caregiver_mj.children.novice import Novice
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.spec import episode_seed
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
 
 PAPER = FloorPlan.load("paper")

@@ -9,13 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.caregivers.server import Queries
 from caregiver_mj.children.novice import Novice
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.spec import EpisodeSpec, episode_seed
 from caregiver_mj.house.sensing import Blur, Sensing
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
 
 TEXT = "########\n#B..S..#\n#......#\n#.C..T.#\n#...B..#\n########"

@@ -7,12 +7,11 @@ import pandas as pd
 import pytest
 from comparing import twelve_houses
 
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.experiments import statistics, two_level
 from caregiver_mj.experiments.intervals import of_ratio
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.summary import by_house, summarise
-from caregiver_mj.plans.floor_plan import FloorPlan
 
 
 def frame(house="h", epsilon=1.0, toys=0, **damages):

@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 from worlds import streams
 
+from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.caregivers.caregiver import PrivilegedCaregiver
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.registry import CAREGIVERS, make_caregiver
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.visibility import ALL_ROUND
 
 

@@ -10,13 +10,12 @@ from hypothesis import strategies as st
 from random_plans import plan_texts, plans_with_things
 from worlds import streams
 
+from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.caregivers import CAREGIVERS, Caregiver, make_caregiver
 from caregiver_mj.children.child_group import CHILDREN
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS, RandomStream
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld, run_episodes
 from caregiver_mj.interventions.verb import DO_NOTHING, Intervention, Interventions
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.generator import generate
 from caregiver_mj.plans.hazards import NOTHING, State
 

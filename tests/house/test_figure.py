@@ -5,11 +5,10 @@ import pickle
 import numpy as np
 import pytest
 
-import caregiver_mj
+from caregiver_mj import FloorPlan, load
 from caregiver_mj.children.walk import ToddlerWalk
 from caregiver_mj.house.figure import Mood
 from caregiver_mj.house.physics import Physics
-from caregiver_mj.plans.floor_plan import FloorPlan
 
 ROOM = FloorPlan.parse("#######\n#B....#\n#..o..#\n#.....#\n#.S..T#\n#######", "room")
 STEP = 0.02  # seconds
@@ -47,7 +46,7 @@ def test_with_a_figure_everything_happens_exactly_as_without(robot):
     states, shown = [], []
     for visuals in (True, False):
         kwargs = {"robot": robot, "time_limit": 20.0}
-        env = caregiver_mj.load("supervise", ROOM, "1,1", random=1, task_kwargs=kwargs, visuals=visuals)
+        env = load("supervise", ROOM, "1,1", random=1, task_kwargs=kwargs, visuals=visuals)
         timestep = env.reset()
         action = np.zeros(env.action_spec().shape)
         for _ in range(900):

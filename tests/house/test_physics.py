@@ -5,11 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.children.walk import ToddlerWalk
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans import layout
-from caregiver_mj.plans.floor_plan import FloorPlan
 
 #                        west          east
 PLAN = FloorPlan.parse("#######\n#B....#\n#..C..#\n#.....#\n#.S..T#\n#######", "small")

@@ -14,9 +14,8 @@ import numpy as np
 import pytest
 from scripted_child import Scripted
 
-import caregiver_mj
+from caregiver_mj import FloorPlan, load
 from caregiver_mj.plans import layout
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import CANDLE, MUG
 from caregiver_mj.recording.contacts import FAR
 from caregiver_mj.recording.record import names
@@ -51,7 +50,7 @@ class Stage:
     def __init__(self, setting: Setting):
         how = {"embodiment": setting.robot, "sight": setting.sight, "compliant_children": setting.compliant}
         children = ",".join([".5"] * setting.children)
-        self._env = caregiver_mj.load("supervise", HOUSE, children, random=0, task_kwargs=how, visuals=False)
+        self._env = load("supervise", HOUSE, children, random=0, task_kwargs=how, visuals=False)
         self.robot = self._env.task.embodiment
         self.arm = arm_of(self.robot)
         self.physics = self._env.physics

@@ -6,8 +6,7 @@ import re
 import numpy as np
 import pytest
 
-import caregiver_mj
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj import CaregiverError, load
 from caregiver_mj.house.sensing import Sensing, Sensor
 from caregiver_mj.outside import parse_json
 from caregiver_mj.plans import layout
@@ -138,7 +137,7 @@ ROUGH = {
 
 def run(task, **task_kwargs):
     """Observations of an episode's first steps with random actions."""
-    env = caregiver_mj.load(task, "paper", random=4, task_kwargs=task_kwargs, visuals=False)
+    env = load(task, "paper", random=4, task_kwargs=task_kwargs, visuals=False)
     spec, random = env.action_spec(), np.random.default_rng(0)
     steps = [env.reset()]
     for _ in range(20):
@@ -180,7 +179,7 @@ def test_rough_sensing_is_of_the_same_episode():
 )
 def test_what_makes_no_sense_is_refused(sensing, words):
     with pytest.raises(CaregiverError, match=words):
-        caregiver_mj.load("supervise", task_kwargs={"sensing": sensing}, visuals=False)
+        load("supervise", task_kwargs={"sensing": sensing}, visuals=False)
 
 
 def test_changed_json_of_sensing_is_read_or_refused():

@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 from scripted_child import EAST, WEST, Scripted
 
-import caregiver_mj
+from caregiver_mj import CaregiverPolicy, FloorPlan, load
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.things import FLAME_RADIUS, Candles, watch_candle
 from caregiver_mj.plans import layout
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import CANDLE, MUG, NOTHING, State
 from caregiver_mj.policy.pace import picking_up_time
 from caregiver_mj.recording.contacts import FLAME_CLEAR, WAX_CLEAR, Contacts
@@ -171,7 +170,7 @@ def in_tray(physics):
 
 
 def test_a_child_takes_what_lies_in_the_cell_that_it_enters_and_is_hurt_once():
-    env = caregiver_mj.load("supervise", ROOM, random=0, task_kwargs={"robot": False}, visuals=False)
+    env = load("supervise", ROOM, random=0, task_kwargs={"robot": False}, visuals=False)
     place = env.reset().observation["battery_position"][0]
     assert ROOM.cell_at(place[:2]) == (2, 2)
     child = env.task.children[0]
@@ -201,13 +200,13 @@ def test_a_child_takes_what_lies_in_the_cell_that_it_enters_and_is_hurt_once():
 def picking(robot, friction=None, cell=(1, 5), sensing=None, room=ROOM):
     """An episode in which the caregiver picks a battery up, the child standing far away."""
     kwargs = {"embodiment": robot, "sensing": sensing}
-    env = caregiver_mj.load("supervise", room, 0.5, random=1, task_kwargs=kwargs, visuals=False)
+    env = load("supervise", room, 0.5, random=1, task_kwargs=kwargs, visuals=False)
     model = env.physics.model.ptr
     for geom in range(model.ngeom):
         name = model.geom(geom).name
         if friction is not None and ("battery" in name or name.endswith("_pad")):
             model.geom_friction[geom] = friction
-    policy = caregiver_mj.CaregiverPolicy(env, "childproof")
+    policy = CaregiverPolicy(env, "childproof")
     step = env.reset()
     child = env.task.children[0]
     child.behaviour.act = lambda sight, draws: np.array([NOTHING])

@@ -7,14 +7,13 @@ from hypothesis import strategies as st
 from random_plans import plan_texts
 from worlds import streams
 
-import caregiver_mj
+from caregiver_mj import CaregiverPolicy, FloorPlan, load
 from caregiver_mj.caregivers import Caregiver
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.errors import CaregiverError, FloorPlanError
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.interventions.verb import Intervention, Interventions
 from caregiver_mj.plans.cell_graph import Target
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, State
 from caregiver_mj.policy.pace import closing_time
 from caregiver_mj.robot.embodiments import find_embodiment
@@ -82,8 +81,8 @@ def test_a_verb_is_for_its_kind(verb, hazard, words):
 
 @pytest.mark.parametrize("robot", ["mobile_fr3", "mobile_ur5e"])
 def test_the_robot_closes_it_by_contact_and_touches_nothing_but_the_panel(robot):
-    env = caregiver_mj.load("supervise", HOUSE, 0.25, random=1, task_kwargs={"embodiment": robot}, visuals=False)
-    policy = caregiver_mj.CaregiverPolicy(env, "childproof")
+    env = load("supervise", HOUSE, 0.25, random=1, task_kwargs={"embodiment": robot}, visuals=False)
+    policy = CaregiverPolicy(env, "childproof")
     step, met, pulled, velocities = env.reset(), set(), set(), []
     name = env.physics.model.id2name
     while policy.executive.done < 2:
@@ -119,8 +118,8 @@ BESIDE = FloorPlan.parse("######\n#.G..#\n#....#\n#...B#\n######", "beside")
 
 def closing_with_a_child():
     """An environment with a child that stands still, far away, and a caregiver that closes the gate in it."""
-    env = caregiver_mj.load("supervise", BESIDE, 0.5, random=0, visuals=False)
-    policy = caregiver_mj.CaregiverPolicy(env, "childproof")
+    env = load("supervise", BESIDE, 0.5, random=0, visuals=False)
+    policy = CaregiverPolicy(env, "childproof")
     step, child = env.reset(), env.task.children[0]
     child.behaviour.act = lambda sight, draws: np.array([NOTHING])
     child.put((3, 4))

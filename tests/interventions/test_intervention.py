@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.interventions.verb import (
     BLOCK,
     PICK_UP,
@@ -14,7 +14,6 @@ from caregiver_mj.interventions.verb import (
     Interventions,
     verb_of,
 )
-from caregiver_mj.plans.floor_plan import FloorPlan
 
 PLAN = FloorPlan.parse("########\n#S..o.B#\n##T#CT##\n########")
 SINGLE = [Intervention(BLOCK, 0), Intervention(RELOCATE, 1, 2), Intervention()]

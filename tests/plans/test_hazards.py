@@ -7,9 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.plans import hazards
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import BATTERY, CANDLE, NOTHING, STAIRWELL, DamageWeights, Hazard, Hazards, Where
 
 #: Two stairwells and three candles: hazards 0 and 1, and 2 to 4.

@@ -2,8 +2,7 @@
 
 import pytest
 
-from caregiver_mj import cli
-from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj import FloorPlan, cli
 from caregiver_mj.plans.generator import is_drivable
 from caregiver_mj.plans.sets import house_set
 

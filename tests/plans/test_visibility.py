@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from caregiver_mj.errors import CaregiverError
-from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.plans.visibility import ALL_ROUND, Sight, lookouts, visibility
 
 # Two rooms, a door between them, and a stairwell at the left.

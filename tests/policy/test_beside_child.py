@@ -4,8 +4,7 @@ import dm_env
 import numpy as np
 import pytest
 
-import caregiver_mj
-from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj import CaregiverPolicy, FloorPlan, load
 from caregiver_mj.recording.contacts import STRIKE_SPEED
 from caregiver_mj.robot import separation
 from caregiver_mj.robot.separation import GENTLE_GAP, catch_up_speed, slide_speed
@@ -33,12 +32,12 @@ def told(monkeypatch):
 @pytest.mark.parametrize("robot", ["mobile_fr3", "mobile_ur5e"])
 @pytest.mark.parametrize("gap", np.arange(0.05, 2.5, 0.4))
 def test_what_is_left_out_where_children_are_far_away_changes_no_action(monkeypatch, robot, gap):
-    env = caregiver_mj.load("supervise", ROOM, 0.0, random=0, task_kwargs={"embodiment": robot})
+    env = load("supervise", ROOM, 0.0, random=0, task_kwargs={"embodiment": robot})
     timestep = env.reset()
     x, y, yaw = env.physics.base_position()
 
     def actions():
-        policy, seen, told = caregiver_mj.CaregiverPolicy(env), timestep, []
+        policy, seen, told = CaregiverPolicy(env), timestep, []
         apart = policy.robot.robot.footprint + CHILD_RADIUS + gap
         for step in range(40):
             pushed = np.array([0.04, 0.02, 0.2]) * (step > 10)  # metres and radians
@@ -54,8 +53,8 @@ def test_what_is_left_out_where_children_are_far_away_changes_no_action(monkeypa
 
 @pytest.mark.parametrize("gap", [0.0, 0.02, 0.2])
 def test_nor_does_it_turn_back_any_faster_and_with_its_creep_along_a_child_that_is_no_strike(gap):
-    env = caregiver_mj.load("relocate_candle", ROOM, 0.0, random=0)
-    policy, timestep = caregiver_mj.CaregiverPolicy(env), env.reset()
+    env = load("relocate_candle", ROOM, 0.0, random=0)
+    policy, timestep = CaregiverPolicy(env), env.reset()
     x, y, yaw = env.physics.base_position()
     told = []
     for step in range(30):
@@ -71,8 +70,8 @@ def test_nor_does_it_turn_back_any_faster_and_with_its_creep_along_a_child_that_
 
 
 def test_the_restraint_knows_when_there_is_a_candle_in_the_hand(told):
-    env = caregiver_mj.load("relocate_candle", ROOM, 0.0, random=0)
-    policy, timestep = caregiver_mj.CaregiverPolicy(env), env.reset()
+    env = load("relocate_candle", ROOM, 0.0, random=0)
+    policy, timestep = CaregiverPolicy(env), env.reset()
     gripping = []
     while not policy.executive.done and env.physics.time() < 30.0:
         gripping.append(env.physics.is_gripping())

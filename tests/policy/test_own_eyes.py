@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 import caregiver_mj
+from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.children.walk import BUMP_SPEED, WALKING_SPEED
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.spec import episode_random
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.visibility import PLACES, Sight
 from caregiver_mj.policy.perception import Perception
 from caregiver_mj.robot import separation

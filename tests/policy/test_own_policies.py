@@ -7,15 +7,13 @@ import numpy as np
 import pytest
 
 import caregiver_mj
+from caregiver_mj import CaregiverError, CaregiverPolicy, FloorPlan
 from caregiver_mj.caregivers import TargetPolicy, make_caregiver
 from caregiver_mj.caregivers.registry import find_caregiver
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.spec import episode_seed
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.own import OwnPolicy, make_policy
-from caregiver_mj.policy.policy import CaregiverPolicy
 
 gymnasium.register_envs(caregiver_mj)
 TINY = FloorPlan.parse("######\n#B.S.#\n#....#\n#C..T#\n######", "tiny")

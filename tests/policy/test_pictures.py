@@ -3,14 +3,13 @@
 import numpy as np
 import pytest
 
-import caregiver_mj
+from caregiver_mj import FloorPlan, load
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.envs.recipe import Recording, prepared
 from caregiver_mj.errors import RenderingError
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.spec import EpisodeSpec, episode_seed
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz.episode import Episode
 from caregiver_mj.viz.film import Picture, Studio, render_episode
 
@@ -77,7 +76,7 @@ def test_it_sees_the_same_while_it_is_filmed(who):
 
 
 def test_a_house_without_visuals_cannot_be_rendered():
-    env = caregiver_mj.load("supervise", TINY, visuals=False)
+    env = load("supervise", TINY, visuals=False)
     env.reset()
     with pytest.raises(RenderingError, match="visuals=True"):
         env.physics.render(48, 64, camera_id="overview")

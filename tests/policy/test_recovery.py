@@ -5,10 +5,9 @@ import numpy as np
 import pytest
 from scripted_child import STAY, Scripted
 
-import caregiver_mj
+from caregiver_mj import CaregiverPolicy, FloorPlan, load
 from caregiver_mj.caregivers import Caregiver, Percept
 from caregiver_mj.plans.cell_graph import ACTIONS
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.robot.embodiments import find_embodiment
 from studies.audit import Recorder, check_limits, check_motion
@@ -25,8 +24,8 @@ class Scene:
 
     def __init__(self, seed: int = 0, plan: FloorPlan = ROOM, **task_kwargs):
         child = Scripted(plan, STAY)
-        self.env = caregiver_mj.load("relocate_candle", plan, child, random=seed, task_kwargs=task_kwargs)
-        self.policy = caregiver_mj.CaregiverPolicy(self.env)
+        self.env = load("relocate_candle", plan, child, random=seed, task_kwargs=task_kwargs)
+        self.policy = CaregiverPolicy(self.env)
         self.timestep = self.env.reset()
         self.physics, self.task = self.env.physics, self.env.task
         self.put_child(plan.free_cells[-1])
@@ -213,8 +212,8 @@ class Fetching(Caregiver):
 def test_candle_in_the_hand_is_put_on_a_nearer_table_if_that_saves_the_child():
     """The candle is on its way west, as far from the child as can be, when that heads for the stairs."""
     caregiver = Fetching(GALLERY)
-    env = caregiver_mj.load("supervise", GALLERY, Scripted(GALLERY), random=0)
-    policy = caregiver_mj.CaregiverPolicy(env, caregiver)
+    env = load("supervise", GALLERY, Scripted(GALLERY), random=0)
+    policy = CaregiverPolicy(env, caregiver)
     timestep = env.reset()
     task, plan = env.task, GALLERY
 

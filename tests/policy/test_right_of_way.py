@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 from scripted_child import EAST, NORTH, STAY, WEST, Scripted
 
-import caregiver_mj
+from caregiver_mj import CaregiverPolicy, FloorPlan, load
 from caregiver_mj.caregivers import Caregiver
 from caregiver_mj.interventions.verb import BLOCK, DO_NOTHING, Intervention, Interventions
 from caregiver_mj.plans.cell_graph import Cell
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.robot.driver import TIME_OUT
 from caregiver_mj.robot.status import Status
@@ -58,8 +57,8 @@ class Scene:
 
     def __init__(self, plan: FloorPlan, caregiver: Caregiver, child: Cell, robot: Cell, seed: int = 0):
         self.child = Scripted(plan, None)
-        self.env = caregiver_mj.load("supervise", plan, self.child, random=seed)
-        self.policy = caregiver_mj.CaregiverPolicy(self.env, caregiver)
+        self.env = load("supervise", plan, self.child, random=seed)
+        self.policy = CaregiverPolicy(self.env, caregiver)
         place(self.env, child, robot)
         self.base: list[np.ndarray] = []
         self._step = None
@@ -127,7 +126,7 @@ def test_robot_and_child_that_run_into_each_other_get_free(gap, monkeypatch):
 )
 def test_child_gets_through_when_nothing_calls_for_the_robot(plan, child, robot):
     seconds = 60.0
-    alone = caregiver_mj.load("supervise", plan, epsilon=0.0, random=1, task_kwargs={"robot": False})
+    alone = load("supervise", plan, epsilon=0.0, random=1, task_kwargs={"robot": False})
     place(alone, child, None)
     alone.reset()
     for _ in range(round(seconds / 0.02)):
@@ -184,8 +183,8 @@ class ToAndFro(Scripted):
 )
 def test_every_skill_ends_whatever_a_child_does(child, candle):
     """What is done goes on for as long as it is wanted: a robot that stands in a stairwell, or aside."""
-    env = caregiver_mj.load("supervise", HALL, child, random=1, visuals=False)
-    policy = caregiver_mj.CaregiverPolicy(env)
+    env = load("supervise", HALL, child, random=1, visuals=False)
+    policy = CaregiverPolicy(env)
     step = env.reset()
     if candle != "stands":
         joint, (x, y) = env.physics.model.ptr.joint("candle_0/joint").qposadr[0], HALL.position((2, 7))

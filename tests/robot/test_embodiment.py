@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from reaching import first_way
 
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans import layout
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import CANDLE, MUG
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.embodiments import EMBODIMENTS, find_embodiment

@@ -6,8 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-import caregiver_mj
-from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj import CaregiverPolicy, FloorPlan, load
 from caregiver_mj.robot.embodiments import find_embodiment
 from studies.audit import (
     Dynamics,
@@ -120,7 +119,7 @@ def test_a_jolt_of_the_arm_is_seen_at_5_ms_and_spread_over_20():
 def test_a_rigid_robot_needs_the_friction_and_stance_worked_out_by_hand(name):
     """Pushed as a whole at 3 m/s^2 it needs 3 / 9.81, and presses on the floor behind its centre of mass."""
     robot = find_embodiment(name)
-    env = caregiver_mj.load("supervise", "paper", 0.5, random=0, task_kwargs={"embodiment": robot}, visuals=False)
+    env = load("supervise", "paper", 0.5, random=0, task_kwargs={"embodiment": robot}, visuals=False)
     env.reset()
     model, data = env.physics.model.ptr, env.physics.data.ptr
     dynamics = Dynamics(model, data, robot.names)
@@ -158,8 +157,8 @@ def test_separation_speed_and_contact_of_the_part_that_moves():
 @pytest.fixture(scope="module")
 def episode():
     """Eighty seconds in which the robot picks and places, beside a child."""
-    env = caregiver_mj.load("supervise", "paper", epsilon=0.5, random=1)
-    policy = caregiver_mj.CaregiverPolicy(env)
+    env = load("supervise", "paper", epsilon=0.5, random=1)
+    policy = CaregiverPolicy(env)
     log = EpisodeLog.record(env, policy, 4000)
     assert policy.executive.done > 0
     return log
@@ -175,7 +174,7 @@ def test_the_robot_was_at_work_and_kept_every_limit(episode):
 
 def test_recorder_measures_distance_and_approach():
     hall = FloorPlan.parse("############\n#B.........#\n############", "hall")
-    env = caregiver_mj.load("supervise", hall, epsilon=0.5, random=0)
+    env = load("supervise", hall, epsilon=0.5, random=0)
     env.reset()
     physics = env.physics
     x, y, _ = physics.toddler_position()

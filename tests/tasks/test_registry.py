@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 import caregiver_mj.tasks
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.interventions.verb import BLOCK, Intervention
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import CANDLE, STAIRWELL, Where
 from caregiver_mj.tasks import TaskSpec, register
 from caregiver_mj.tasks.base import OBSERVED, CareTask, Observed

@@ -12,12 +12,11 @@ from dm_control.rl import control
 from dm_env import test_utils
 
 import caregiver_mj
+from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.children.random_stream import RandomStream
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld, run_episodes
 from caregiver_mj.interventions.verb import DO_NOTHING, Interventions
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, DamageWeights
 from caregiver_mj.recording.record import COLUMNS
 

@@ -5,9 +5,8 @@ import pytest
 from dm_control.rl import control
 from scripted_child import Scripted
 
-import caregiver_mj
+from caregiver_mj import CaregiverPolicy, FloorPlan, load
 from caregiver_mj.plans.cell_graph import ACTIONS
-from caregiver_mj.plans.floor_plan import FloorPlan
 
 SMALL = FloorPlan.parse("#######\n#B....#\n#..C..#\n#.....#\n#.S..T#\n#######", "small")
 
@@ -87,8 +86,8 @@ def act(env, policy, step, recorder=None):
 @pytest.fixture(scope="module")
 def relocation():
     """An episode of relocate_candle to three seconds after the candle was put down."""
-    env = caregiver_mj.load("relocate_candle", "paper", epsilon=0.5, random=1)
-    policy = caregiver_mj.CaregiverPolicy(env)
+    env = load("relocate_candle", "paper", epsilon=0.5, random=1)
+    policy = CaregiverPolicy(env)
     with pytest.MonkeyPatch.context() as monkeypatch:
         step = env.reset()
         recorder = Recorder(env, env.task.goal_candle, monkeypatch)
@@ -178,8 +177,8 @@ def drive_at_stairs(env: control.Environment) -> None:
 @pytest.mark.parametrize(("house", "seed"), [("paper", 1), (SMALL, 2)], ids=["paper", "small"])
 def test_robot_in_a_stairwell_keeps_the_toddler_out(house, seed, monkeypatch):
     plan = house if isinstance(house, FloorPlan) else FloorPlan.load(house)
-    env = caregiver_mj.load("block_stairs", plan, Scripted(plan, None), random=seed)
-    policy = caregiver_mj.CaregiverPolicy(env)
+    env = load("block_stairs", plan, Scripted(plan, None), random=seed)
+    policy = CaregiverPolicy(env)
     step = env.reset()
     recorder = Recorder(env, None, monkeypatch)
     move = 84  # control steps of a novice timestep
@@ -219,8 +218,8 @@ def test_robot_in_a_stairwell_keeps_the_toddler_out(house, seed, monkeypatch):
     [("house-25-12x10-candles3", 1)],
 )
 def test_supervised_episode_has_no_strike_and_no_dropped_candle(house, seed):
-    env = caregiver_mj.load("supervise", house, epsilon=1.0, random=seed)
-    policy = caregiver_mj.CaregiverPolicy(env)
+    env = load("supervise", house, epsilon=1.0, random=seed)
+    policy = CaregiverPolicy(env)
     step = env.reset()
     fastest = 0.0
     while not step.last():
@@ -233,7 +232,7 @@ def test_supervised_episode_has_no_strike_and_no_dropped_candle(house, seed):
     assert policy.executive.done >= 3
     assert fastest <= MAX_BASE_SPEED
     assert env.physics.data.warning.number.sum() == 0
-    alone = caregiver_mj.load("supervise", house, epsilon=1.0, random=seed, task_kwargs={"robot": False})
+    alone = load("supervise", house, epsilon=1.0, random=seed, task_kwargs={"robot": False})
     step = alone.reset()
     while not step.last():
         step = alone.step(np.zeros(0))
@@ -243,8 +242,8 @@ def test_supervised_episode_has_no_strike_and_no_dropped_candle(house, seed):
 @pytest.mark.slow
 def test_a_candle_that_is_carried_for_long_does_not_slip_out():
     """For 73 s, with many turns, in each of which it slips."""
-    env = caregiver_mj.load("supervise", "house-200004", epsilon=0.25, random=3964924996, visuals=False)
-    policy = caregiver_mj.CaregiverPolicy(env)
+    env = load("supervise", "house-200004", epsilon=0.25, random=3964924996, visuals=False)
+    policy = CaregiverPolicy(env)
     step = env.reset()
     while not step.last():
         step = env.step(policy(step))

@@ -8,9 +8,8 @@ from robot_plans import centre
 from scripted_child import STAY, Scripted
 from views import child
 
-import caregiver_mj
+from caregiver_mj import FloorPlan, load
 from caregiver_mj.house.scene import build_house
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import geometry, governor
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.kinematics import hand_position
@@ -42,7 +41,7 @@ class Stage:
     """
 
     def __init__(self, seed: int = 1, **options: float):
-        env = caregiver_mj.load("supervise", ROOM, Scripted(ROOM, STAY), random=seed, task_kwargs=options)
+        env = load("supervise", ROOM, Scripted(ROOM, STAY), random=seed, task_kwargs=options)
         env.reset()
         self.tables = env.task.table_positions
         self._env, self.physics, self.navigator = env, env.physics, Navigator(ROOM, ROBOT)
