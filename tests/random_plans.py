@@ -5,8 +5,6 @@ plan must also hold for those that are neither: things in doorways and in lanes 
 objects heaped up, landings in the only short way.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import strategies as st
 

@@ -1,7 +1,5 @@
 """Floor plans on which the robot's room, routes and paths are tested."""
 
-from __future__ import annotations
-
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 

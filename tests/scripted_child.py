@@ -1,7 +1,5 @@
 """A child that does what a test says."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from caregiver_mj.children.behaviour import ChildPercept

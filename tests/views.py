@@ -1,16 +1,16 @@
 """What a robot sees in tests that have no physics."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
 
+from caregiver_mj.robot import governor
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.kinematics import arm_of
+from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.view import ChildView, View
 
-ROBOT = find_embodiment()
+ROBOT, TIMESTEP = find_embodiment(), 0.02  # seconds
 OPEN_FINGERS = 0.072  # metres, both together
 
 
@@ -28,3 +28,10 @@ def view(
     """A view of children, and of candles by the poses (x, y, z, quaternion) of their feet; the arm is tucked."""
     poses = np.array(candles, float).reshape(-1, 7)
     return View(now, base, fingers, arm_of(ROBOT).tucked, children, poses[:, :3], poses[:, 3:])
+
+
+def follow(seen: View, robot: RobotMotion) -> None:
+    """Let a base do in a control timestep exactly what its skill has just told it, as far as the governor lets it."""
+    governor.bound_base(seen, robot)
+    robot.action(seen.base)
+    robot.now += TIMESTEP

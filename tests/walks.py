@@ -1,7 +1,5 @@
 """Walks from cell to cell for tests, searched without the package's own graph."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 
 Cell = tuple[int, int]

@@ -3,8 +3,6 @@
 What happens is physics: the base and the arm are driven by actions, and nothing here keeps the robot from a child.
 """
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable
 from typing import NamedTuple

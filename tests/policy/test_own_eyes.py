@@ -5,6 +5,7 @@ import math
 import dm_env
 import numpy as np
 import pytest
+from views import ROBOT, child, view
 
 import caregiver_mj
 from caregiver_mj import CaregiverError, FloorPlan
@@ -14,8 +15,6 @@ from caregiver_mj.plans.visibility import PLACES, Sight
 from caregiver_mj.policy.perception import Perception
 from caregiver_mj.robot import separation
 from caregiver_mj.robot.clearance import Clearance
-from caregiver_mj.robot.embodiments import find_embodiment
-from caregiver_mj.robot.view import ChildView, View
 
 ROOMS = FloorPlan.parse(
     """
@@ -57,38 +56,31 @@ def test_who_heads_for_the_robot_is_not_struck(sight):
 
 
 def test_it_comes_slowly_to_a_corner_behind_which_a_child_may_be():
-    robot, speed = find_embodiment("mobile_fr3"), 1.0
-    view = View(0.0, (0.0, 0.0, 0.0), 0.0, np.zeros(7), (), np.zeros((0, 3)), np.zeros((0, 4)))
-    assert separation.allowed_rate(view, robot, (speed, 0.0)) == 1.0
+    seen, speed = view(), 1.0
+    assert separation.allowed_rate(seen, ROBOT, (speed, 0.0)) == 1.0
     rates = []
     for far in (0.45, 0.6, 0.8, 1.2, 3.0):
-        view.lurking = (ChildView((far, 0.0), (0.0, 0.0)),)
-        rates.append(separation.allowed_rate(view, robot, (speed, 0.0)))
+        seen.lurking = (child(far, 0.0),)
+        rates.append(separation.allowed_rate(seen, ROBOT, (speed, 0.0)))
     assert rates[0] == pytest.approx(0.03)  # slower than a strike
     assert rates == sorted(rates)
     assert rates[2] < 0.6
     assert rates[-1] == 1.0
-    view.lurking = (ChildView((0.45, 0.0), (0.0, 0.0)),)
-    assert separation.allowed_rate(view, robot, (speed, 0.0), (-10.0, 0.0)) == pytest.approx(0.015)  # now it is 2 m/s
-    view.lurking = (ChildView((3.0, 0.0), (0.0, 0.0)),)
-    assert separation.allowed_rate(view, robot, (-speed, 0.0)) == 1.0
+    seen.lurking = (child(0.45, 0.0),)
+    assert separation.allowed_rate(seen, ROBOT, (speed, 0.0), (-10.0, 0.0)) == pytest.approx(0.015)  # now it is 2 m/s
+    seen.lurking = (child(3.0, 0.0),)
+    assert separation.allowed_rate(seen, ROBOT, (-speed, 0.0)) == 1.0
 
 
 def test_it_turns_slowly_beside_a_place_where_a_child_may_be_unseen():
-    robot = find_embodiment("mobile_fr3")
-    behind = (ChildView((-0.45, 0.0), (0.0, 0.0)),)
-    view = View(0.0, (0.0, 0.0, 0.0), 0.0, np.zeros(7), (), np.zeros((0, 3)), np.zeros((0, 4)), lurking=behind)
-    turning = lambda: separation.allowed_turning(view, robot, (0.0, 0.0), (0.0, 0.0))  # noqa: E731
+    seen, behind = view(), (child(-0.45, 0.0),)
+    seen.lurking = behind
+    turning = lambda: separation.allowed_turning(seen, ROBOT, (0.0, 0.0), (0.0, 0.0))  # noqa: E731
     assert turning() == np.inf  # it sees it as it comes
-    view.gaze = 0.0  # it does not
-    assert 0.02 < turning() * robot.footprint < 0.05  # slower than a strike, but it turns to look
-    view.lurking, view.hidden, view.gaze = (), behind, None
-    assert 0.02 < turning() * robot.footprint < 0.05
-
-
-def left(view, velocity):
-    robot = find_embodiment("mobile_fr3")
-    return separation.restrain(view, robot, Clearance(ROOMS, robot), 0.02, False, velocity, (0.0, 0.0))[0]
+    seen.gaze = 0.0  # it does not
+    assert 0.02 < turning() * ROBOT.footprint < 0.05  # slower than a strike, but it turns to look
+    seen.lurking, seen.hidden, seen.gaze = (), behind, None
+    assert 0.02 < turning() * ROBOT.footprint < 0.05
 
 
 @pytest.fixture
@@ -177,9 +169,8 @@ def test_a_child_may_be_a_cell_beyond_its_own_but_not_at_the_base_or_where_it_wo
     ("house", "seed", "seconds"),
     [
         ("house-960006", 2079939347, 8.0),  # it walks faster than a cell in a timestep
-        pytest.param(
-            "house-960005", 3515088548, 43.5, marks=pytest.mark.slow
-        ),  # it is a cell nearer than it is believed to be
+        # It is a cell nearer than it is believed to be.
+        pytest.param("house-960005", 3515088548, 43.5, marks=pytest.mark.slow),
     ],
 )
 def test_a_child_that_heads_for_the_robot_out_of_the_picture_is_not_struck(house, seed, seconds):
@@ -192,15 +183,16 @@ def test_a_child_that_heads_for_the_robot_out_of_the_picture_is_not_struck(house
 
 
 def test_it_goes_back_gently_where_a_child_was_or_may_be():
-    robot, there = find_embodiment("mobile_fr3"), (ChildView((0.4, 0.0), (0.0, 0.0)),)
-    view = View(0.0, (0.0, 0.0, 0.0), 0.0, np.zeros(7), (), np.zeros((0, 3)), np.zeros((0, 4)), lurking=there)
-    assert separation.gap(view, robot, view.unseen) == np.inf  # it would see it come
-    view.gaze = 0.0
-    there_too = separation.catch_up_speed(separation.gap(view, robot, view.unseen), separation.GENTLE_UNSEEN)
+    seen, clearance = view(), Clearance(ROOMS, ROBOT)
+    seen.lurking = (child(0.4, 0.0),)
+    assert separation.gap(seen, ROBOT, seen.unseen) == np.inf  # it would see it come
+    seen.gaze = 0.0
+    there_too = separation.catch_up_speed(separation.gap(seen, ROBOT, seen.unseen), separation.GENTLE_UNSEEN)
     assert there_too < 0.02  # with a creep it is no strike
-    assert left(view, (0.2, 0.0)) == (0.2, 0.0)
-    view.hidden = there
-    assert left(view, (0.2, 0.0)) == (0.0, 0.0)
+    left = lambda: separation.restrain(seen, ROBOT, clearance, 0.02, False, (0.2, 0.0), (0.0, 0.0))[0]  # noqa: E731
+    assert left() == (0.2, 0.0)
+    seen.hidden = seen.lurking
+    assert left() == (0.0, 0.0)
 
 
 def test_a_cell_is_empty_if_it_is_seen_while_a_child_would_be_in_it(perception):

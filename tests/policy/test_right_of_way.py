@@ -46,14 +46,7 @@ class Determined(Caregiver):
 
 
 class Scene:
-    """An episode that begins with child and robot in given places.
-
-    Attributes:
-        env: The environment.
-        child: What the child does: a novice without chance, until told otherwise.
-        policy: The robot's.
-        base: Where its base was at every control step, (steps, 3) as a list.
-    """
+    """An episode that begins with child and robot in given places; the child is a novice without chance at first."""
 
     def __init__(self, plan: FloorPlan, caregiver: Caregiver, child: Cell, robot: Cell, seed: int = 0):
         self.child = Scripted(plan, None)
@@ -65,7 +58,6 @@ class Scene:
 
     @property
     def time(self) -> float:
-        """Seconds since the start."""
         return 0.02 * len(self.base)
 
     def run(self, seconds: float, until: Callable[[], bool] = lambda: False) -> bool:

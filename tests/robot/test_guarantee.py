@@ -4,8 +4,6 @@ There is no physics here, so nobody can push the base: it follows its commands w
 one random place after another, among children that chase it, cross its way or stand still.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 

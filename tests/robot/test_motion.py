@@ -13,6 +13,14 @@ from caregiver_mj.robot.scalar_motion import PathError
 ROBOT = find_embodiment()
 
 
+@pytest.fixture
+def robot() -> RobotMotion:
+    """One at rest."""
+    motion = RobotMotion(ROBOT, 0.02)
+    motion.reset((0.0, 0.0, 0.0))
+    return motion
+
+
 def motion_along(*points: tuple[float, float]) -> RobotMotion:
     robot = RobotMotion(ROBOT, 0.02)
     robot.reset((0.0, 0.0, 0.0))
@@ -118,9 +126,7 @@ def test_a_base_that_is_about_to_rest_does_not_turn_back_for_a_new_path(way):
     assert not robot.moving
 
 
-def test_a_base_tells_how_much_of_its_speed_it_has():
-    robot = RobotMotion(ROBOT, 0.02)
-    robot.reset((0.0, 0.0, 0.0))
+def test_a_base_tells_how_much_of_its_speed_it_has(robot):
     assert (robot.is_driving, robot.rate) == (False, 0.0)
     robot.drive_along([(0.0, 0.0), (3.0, 0.0)], lambda _: True)
     rates = []
@@ -175,9 +181,7 @@ def turning(robot: RobotMotion, seconds: float) -> list[float]:
     return rates
 
 
-def test_a_turn_under_way_slows_down_to_its_bound_and_speeds_up_when_it_is_lifted():
-    robot = RobotMotion(ROBOT, 0.02)
-    robot.reset((0.0, 0.0, 0.0))
+def test_a_turn_under_way_slows_down_to_its_bound_and_speeds_up_when_it_is_lifted(robot):
     robot.turn_to(3.0)
     began = turning(robot, 0.5)[-1]
     assert began > 2.0
@@ -196,10 +200,8 @@ def test_a_turn_under_way_slows_down_to_its_bound_and_speeds_up_when_it_is_lifte
     assert robot.yaw == pytest.approx(3.0)
 
 
-def test_a_turn_that_must_slow_down_does_not_speed_up_again_at_once():
+def test_a_turn_that_must_slow_down_does_not_speed_up_again_at_once(robot):
     """Allowed to, it would shake: the less it speeds up, the more it is allowed, and the other way round."""
-    robot = RobotMotion(ROBOT, 0.02)
-    robot.reset((0.0, 0.0, 0.0))
     robot.turn_to(3.0)
     turning(robot, 0.08)
     robot.bound_turning(0.04)
@@ -215,9 +217,7 @@ def test_a_turn_that_must_slow_down_does_not_speed_up_again_at_once():
     assert speeding_up[-1] > 2.0
 
 
-def test_a_base_that_turns_slowly_for_what_it_holds_does_so_until_the_hand_opens():
-    robot = RobotMotion(ROBOT, 0.02)
-    robot.reset((0.0, 0.0, 0.0))
+def test_a_base_that_turns_slowly_for_what_it_holds_does_so_until_the_hand_opens(robot):
 
     def fastest_turn_to(yaw):
         robot.turn_to(yaw)
@@ -234,9 +234,7 @@ def test_a_base_that_turns_slowly_for_what_it_holds_does_so_until_the_hand_opens
     assert fastest_turn_to(0.0) > 1.0
 
 
-def test_a_hand_on_its_way_slows_down_to_a_creep_and_goes_on_when_it_need_not():
-    robot = RobotMotion(ROBOT, 0.02)
-    robot.reset((0.0, 0.0, 0.0))
+def test_a_hand_on_its_way_slows_down_to_a_creep_and_goes_on_when_it_need_not(robot):
 
     def reached_in(seconds, creeps):
         before = robot.reached

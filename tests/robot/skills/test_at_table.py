@@ -4,12 +4,11 @@ import math
 
 import pytest
 from robot_plans import centre
-from views import child, view
+from views import ROBOT, TIMESTEP, child, follow, view
 
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import geometry, governor
-from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.kinematics import arm_of, hand_position
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
@@ -17,8 +16,7 @@ from caregiver_mj.robot.skills import Pick, Place
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import CHILD_RADIUS
 
-ROBOT = find_embodiment()
-TIMESTEP, WALKING_SPEED = 0.02, 0.44  # seconds, m/s
+WALKING_SPEED = 0.44  # m/s
 TOUCHING = ROBOT.footprint + CHILD_RADIUS  # metres between the middles of base and child
 #: The candle's table stands in the western one of two rooms; between them is a long corridor as wide as one cell.
 CORRIDOR = FloorPlan.parse(
@@ -40,9 +38,7 @@ def test_a_base_goes_no_farther_out_of_a_childs_way_than_that_comes_after_it():
         base = (*robot.base_reference()[0], robot.yaw)
         seen = view(child(x, y, speed), base=base, now=robot.now, candles=[candle])
         pick.step(seen, robot)
-        governor.bound_base(seen, robot)
-        robot.action(base)
-        robot.now += TIMESTEP
+        follow(seen, robot)
         x += speed * TIMESTEP
         gaps.append(math.dist((x, y), base[:2]) - TOUCHING)
         assert pick.driver.stands_aside(robot.now) or robot.now < 0.7
@@ -60,9 +56,7 @@ def hand_out_at_most(see, seconds):
         base, *who = see(robot)
         seen = view(*who, base=base, now=robot.now, candles=[candle])
         pick.step(seen, robot)
-        governor.bound_base(seen, robot)
-        robot.action(base)
-        robot.now += TIMESTEP
+        follow(seen, robot)
         out.append(robot.hand_out)
     return max(out)
 
@@ -103,9 +97,7 @@ def test_the_hand_does_not_come_over_a_child_that_walks_up_to_the_side_of_the_ta
         base = (*robot.base_reference()[0], robot.yaw)
         seen = view(child(there, y), base=base, now=robot.now, candles=[(x, y, 0.6, 1.0, 0.0, 0.0, 0.0)])
         pick.step(seen, robot)
-        governor.bound_base(seen, robot)
-        robot.action(base)
-        robot.now += TIMESTEP
+        follow(seen, robot)
         ahead, _, height = arm.pinch(robot.reach_path.joints(robot.reached)).tolist()
         low.append(height)
         if height < 0.9:
@@ -130,9 +122,7 @@ def test_a_base_that_stops_for_a_new_path_beside_a_child_goes_on_to_the_candle(b
             robot.set_rate(governor.path_rate(seen, robot))
         else:
             pick.step(seen, robot)
-        governor.bound_base(seen, robot)
-        robot.action(base)
-        robot.now += TIMESTEP
+        follow(seen, robot)
         reached.append(robot.reached)
     assert max(reached) == pytest.approx(1.0)
 
@@ -149,9 +139,7 @@ def test_the_hand_waits_until_all_of_it_is_before_the_table(aside, comes_out):
     while robot.now < 1.0:
         seen = view(who, base=base, now=robot.now, candles=[(x, y, 0.6, 1.0, 0.0, 0.0, 0.0)])
         pick.step(seen, robot)
-        governor.bound_base(seen, robot)
-        robot.action(base)
-        robot.now += TIMESTEP
+        follow(seen, robot)
         out.append(robot.hand_out)
     assert (max(out) > 0.0) == comes_out
 

@@ -30,27 +30,17 @@ GIVES_UP = 10.0  # seconds
 
 
 class Stage:
-    """The room with a child that stays in a corner, a robot that begins beside the bin, and more children if wanted.
+    """The room with a child that stays in a corner, a robot that begins beside the bin, and children only it sees."""
 
-    Attributes:
-        physics: The room's.
-        navigator: The robot's.
-        others: Children that the robot sees, too, though there are none.
-        tables: Where the tables' centres are, (tables, 2), metres.
-        fingers: How far apart the robot sees its fingers, metres; None if as far as they are.
-    """
-
-    def __init__(self, seed: int = 1, **options: float):
-        env = load("supervise", ROOM, Scripted(ROOM, STAY), random=seed, task_kwargs=options)
+    def __init__(self):
+        env = load("supervise", ROOM, Scripted(ROOM, STAY), random=1)
         env.reset()
-        self.tables = env.task.table_positions
         self._env, self.physics, self.navigator = env, env.physics, Navigator(ROOM, ROBOT)
         env.task.children[0].put((4, 7))
         self.physics.set_robot(np.array([*ROOM.position((3, 2)), 0.0]), self.physics.arm_position())
         self._robot = RobotMotion(ROBOT, TIMESTEP)
         self._robot.reset(self.physics.base_position().tolist())
         self.others: list[ChildView] = []
-        self.fingers: float | None = None
 
     @property
     def now(self) -> float:
@@ -58,12 +48,11 @@ class Stage:
 
     @property
     def reached(self) -> float:
-        """How far the hand reaches out."""
         return self._robot.reached
 
-    def retrieve(self, planner: type[RetrievalPlanner] = RetrievalPlanner, pitch_down: float | None = None) -> Retrieve:
-        make_scene = lambda heights: PlanningScene(build_house(ROOM), ROOM, ROBOT)  # noqa: E731
-        return Retrieve(self.navigator, planner(self.navigator, make_scene), CANDLE, pitch_down)
+    def retrieve(self, pitch_down: float | None = None) -> Retrieve:
+        planner = RetrievalPlanner(self.navigator, lambda heights: PlanningScene(build_house(ROOM), ROOM, ROBOT))
+        return Retrieve(self.navigator, planner, CANDLE, pitch_down)
 
     def put_candle(self, x: float, y: float, z: float, tilt: float) -> None:
         joint = self.physics.model.ptr.joint("candle_0/joint").qposadr[0]
@@ -75,7 +64,7 @@ class Stage:
         return View(
             self.now,
             tuple(physics.base_position().tolist()),
-            float(physics.finger_position().sum()) if self.fingers is None else self.fingers,
+            float(physics.finger_position().sum()),
             physics.arm_position(),
             (child(x, y), *self.others),
             poses[:, :3],
