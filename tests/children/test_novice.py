@@ -49,12 +49,8 @@ def test_draws_make_random_and_shortest_moves_by_hand():
     # Equally short moves are drawn equally often.
     novice = Novice(SQUARE, 0.0)
     cell, goal = np.zeros(4, int), np.full(4, 2)  # from (1, 1) to (3, 3): east or south
-    assert novice.act(sight(cell, goal), draws((0, 0.0), (0, 0.49), (0, 0.5), (0, 0.99))).tolist() == [
-        EAST,
-        EAST,
-        SOUTH,
-        SOUTH,
-    ]
+    moves = novice.act(sight(cell, goal), draws((0, 0.0), (0, 0.49), (0, 0.5), (0, 0.99)))
+    assert moves.tolist() == [EAST, EAST, SOUTH, SOUTH]
 
 
 @settings(max_examples=25, deadline=None)

@@ -41,15 +41,8 @@ def test_bad_settings_are_refused(wrong, words):
         evaluate(settings)
 
 
-SEVERAL = Settings(
-    FloorPlan.load("paper", cell_size=0.9, damage=DamageWeights(7.5, 1 / 3, 0.0)),
-    "grid",
-    ("none", "guard"),
-    (0.1, "1,adversary:.25"),
-    episodes=7,
-    seed=9,
-    embodiment="mobile_ur5e",
-)
+DEAR = FloorPlan.load("paper", cell_size=0.9, damage=DamageWeights(7.5, 1 / 3, 0.0))
+SEVERAL = Settings(DEAR, "grid", ("none", "guard"), (0.1, "1,adversary:.25"), 7, seed=9, embodiment="mobile_ur5e")
 
 
 def test_the_record_says_everything():

@@ -16,22 +16,10 @@ from caregiver_mj.experiments.summary import by_house, summarise
 
 def frame(house="h", epsilon=1.0, toys=0, **damages):
     """Episodes by hand: of each caregiver a list of damages."""
-    return pd.DataFrame(
-        {
-            "world": "grid",
-            "house": house,
-            "caregiver": name,
-            "family": f"{epsilon:g}",
-            "epsilon": epsilon,
-            "episode": episode,
-            "damage": damage,
-            "timesteps_to_threshold": 200 - damage,
-            "cells_visited": 1,
-            "toys_reached": toys,
-        }
-        for name, values in damages.items()
-        for episode, damage in enumerate(values)
-    )
+    rows = [(name, episode, damage) for name, values in damages.items() for episode, damage in enumerate(values)]
+    found = pd.DataFrame(rows, columns=["caregiver", "episode", "damage"])
+    found = found.assign(world="grid", house=house, family=f"{epsilon:g}", epsilon=epsilon)
+    return found.assign(timesteps_to_threshold=200 - found.damage, cells_visited=1, toys_reached=toys)
 
 
 def test_means_by_hand():

@@ -64,13 +64,9 @@ def test_a_table_hurts_as_what_stands_on_it_and_as_the_plan_says():
     # Damage is that of the plan.
     plan = FloorPlan.parse("\n".join(ROOM.rows), damage=DamageWeights(1.0, 2.0, 7.0))
     child = child_in((1, 3), plan=plan)
-    assert timestep(child, touch("stairwell", 0), touch("candle", 0), touch("table", 0)).harm[:4].tolist() == [
-        0,
-        0,
-        7,
-        0,
-    ]
-    assert timestep(child, touch("stairwell", 0), touch("candle", 0)).harm[:4].tolist() == [0, 2, 0, 0]
+    stairs, candle, table = (touch(kind, 0) for kind in ("stairwell", "candle", "table"))
+    assert timestep(child, stairs, candle, table).harm[:4].tolist() == [0, 0, 7, 0]
+    assert timestep(child, stairs, candle).harm[:4].tolist() == [0, 2, 0, 0]
 
 
 def test_a_move_takes_it_to_the_next_cell_and_a_bump_leaves_it_where_it_was():

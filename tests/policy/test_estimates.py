@@ -54,11 +54,8 @@ def look(estimates, places, fingers=OPEN, then=HERE, now=HERE):
 
 
 def test_a_standing_candle_is_where_it_is_seen_on_average_and_one_that_has_been_moved_soon_elsewhere():
-    random, estimates, place = (
-        np.random.default_rng(0),
-        CandleEstimates(Blur(noise=0.01), ROBOT, CANDLES),
-        [1.0, 0.0, 0.6],
-    )
+    random, place = np.random.default_rng(0), [1.0, 0.0, 0.6]
+    estimates = CandleEstimates(Blur(noise=0.01), ROBOT, CANDLES)
     found = np.array([look(estimates, [place + random.normal(size=3) * 0.01])[0] for _ in range(500)])
     late = found[100:]
     assert np.linalg.norm(late - place, axis=1).max() < 0.008

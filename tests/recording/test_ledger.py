@@ -4,7 +4,7 @@ import numpy as np
 
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import KINDS
-from caregiver_mj.recording.ledger import BLOCKED, MET, SPENT, Ledger
+from caregiver_mj.recording.ledger import BLOCKED, MET, Ledger
 from caregiver_mj.recording.record import names
 
 PLAN = FloorPlan.parse("#####\n#B..#\n#...#\n#T.S#\n#####", "small")  # six free cells
@@ -35,30 +35,22 @@ def test_an_episode_of_an_only_child():
     book(one, [[3]], [[3]], [[CANDLE]])
     book(one, [[3]], [[3]], [[CANDLE]], toys=np.array([[True]]))
     book(one, [[3]], [[3]], [[TABLE]], blocked=np.array([[FREE_CELL]]))
-    assert one.outcome() == {
+    nothing = dict.fromkeys(names("damage", "count", "contact"), 0)  # but for:
+    assert one.outcome() == nothing | {
         "damage": 14.0,  # 5 + 4 + 4 + 1
         "damage_stairwell": 5.0,
         "damage_candle": 8.0,
         "damage_table": 1.0,
-        "damage_gate": 0.0,
-        "damage_mug": 0.0,
-        "damage_battery": 0.0,
         "damage_by_child": [14.0],
         "damage_until_stop": 14.0,
-        "stopped": 0,
         "timesteps_to_threshold": 10,  # not reached: the length of an episode
         "cells_visited": 2,
         "toys_reached": 1,
         "toys_by_child": [1.0],
         "moves_blocked": 1,
-        "moves_blocked_stairwell": 0,
         "moves_blocked_free": 1,
         "longest_blocked": 1,
-        "interventions": 0,
-        "interventions_done": 0,
-        "candles_dropped": 0,
-        "strikes": 0,
-    } | dict.fromkeys(("moves_entered", "moves_entered_blocked", "moves_held_up", "seen", *SPENT, *names("contact")), 0)
+    }
 
     book(one, [[3]], [[3]], [[STAIRS]])
     book(one, [[3]], [[4]], [[NONE]])

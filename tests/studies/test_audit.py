@@ -26,25 +26,11 @@ TUCKED = [0.0, -0.66, 0.0, -2.25, 0.0, 2.55, 0.785]
 def still(**changes):
     """The log of a robot that does not move, a metre and more from the child."""
     m = STEPS * 4
-    log = EpisodeLog(
-        control_timestep=CONTROL,
-        physics_timestep=PHYSICS,
-        commands=np.tile(np.linspace(-1.0, 1.0, 12), (STEPS, 1)),
-        base_velocity=np.zeros((m, 3)),
-        arm_position=np.tile(TUCKED, (m, 1)),
-        arm_velocity=np.zeros((m, 7)),
-        arm_torque=np.zeros((m, 7)),
-        finger_velocity=np.zeros((m, 2)),
-        pads=np.zeros(m, int),
-        shut=np.zeros((m, 1), bool),
-        pressure_centre=np.zeros((m, 2)),
-        friction=np.zeros(m),
-        distance=np.full((m, 2), np.inf),
-        speed=np.zeros((m, 2)),
-        approach=np.zeros((m, 2)),
-        contact_speed=np.full(m, -np.inf),
-    )
-    return dataclasses.replace(log, **changes)
+    sizes = {"base_velocity": 3, "arm_velocity": 7, "arm_torque": 7, "finger_velocity": 2, "pressure_centre": 2}
+    fields = {name: np.zeros((m, size)) for name, size in sizes.items()} | near()
+    fields |= {"commands": np.tile(np.linspace(-1.0, 1.0, 12), (STEPS, 1)), "arm_position": np.tile(TUCKED, (m, 1))}
+    fields |= {"pads": np.zeros(m, int), "shut": np.zeros((m, 1), bool), "friction": np.zeros(m)}
+    return EpisodeLog(CONTROL, PHYSICS, **fields | {"contact_speed": np.full(m, -np.inf)} | changes)
 
 
 def commands(column, values):
@@ -58,7 +44,7 @@ def ratios(log):
 
 
 def near(m=STEPS * 4, **cells):
-    """Arrays (m, 2) that are as in `still` but for given {(step, part): value}."""
+    """Arrays (m, 2) of a robot that rests and is far away, but for given {(step, part): value}."""
     arrays = {"distance": np.full((m, 2), np.inf), "speed": np.zeros((m, 2)), "approach": np.zeros((m, 2))}
     for name, changes in cells.items():
         for place, value in changes.items():
