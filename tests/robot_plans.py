@@ -23,5 +23,4 @@ CORRIDOR = FloorPlan.parse("########\n#B....T#\n####.###\n####S###\n########", "
 
 
 def centre(plan: FloorPlan, cell: Cell) -> tuple[float, float]:
-    """The middle of a cell, metres."""
     return tuple(plan.position(cell).tolist())

@@ -26,7 +26,6 @@ pytestmark = pytest.mark.skipif(not INTERPRETER, reason="scripts/from_wheel.py d
 
 @pytest.fixture
 def python():
-    """The interpreter of an environment with the wheel."""
     return pathlib.Path(INTERPRETER)
 
 
@@ -52,7 +51,6 @@ def done(command, **variables):
 
 @pytest.fixture
 def ours(python):
-    """Runs `caregiver-mj`."""
     return lambda *words: done([python.parent / "caregiver-mj", *words])
 
 

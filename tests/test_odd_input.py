@@ -67,8 +67,6 @@ def act_in_mid_episode():
 
 
 class Deciding(Caregiver):
-    """Answers with what it was made for."""
-
     def __init__(self, *answered):
         super().__init__(TINY)
         self._answered = Intervention(*answered)

@@ -27,7 +27,6 @@ def imports(rooms):
 
 
 def lint(folder):
-    """Runs import-linter on a package that is put together in a folder."""
     shutil.copy(ROOT / "pyproject.toml", folder)
     program = pathlib.Path(sys.executable).with_name("lint-imports")
     command = (

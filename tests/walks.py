@@ -8,7 +8,6 @@ STEPS: dict[str, Cell] = {"north": (-1, 0), "east": (0, 1), "south": (1, 0), "we
 
 
 def neighbours(cell: Cell) -> list[Cell]:
-    """The cells north, east, south and west of a cell."""
     return [(cell[0] + down, cell[1] + right) for down, right in STEPS.values()]
 
 

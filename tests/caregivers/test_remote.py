@@ -374,7 +374,6 @@ def test_whatever_else_comes_is_an_abstention(server, tmp_path, monkeypatch, fau
 
 
 def asked_once(address, tmp_path, patience=0.5, **queries):
-    """Asks a question; the exchange."""
     queries = Queries(patience=patience, folder=str(tmp_path / "exchanges"), **queries)
     caregiver = make_caregiver(address, FloorPlan.load("paper"), 0, queries)
     world = GridWorld(FloorPlan.load("paper"), 0.5, caregiver)
@@ -392,7 +391,6 @@ def asking(monkeypatch, name, address):
 
 
 def fault(monkeypatch, act):
-    """Has a server do something at the address /fault."""
     monkeypatch.setitem(FAULTS, "fault", act)
 
 

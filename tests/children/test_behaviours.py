@@ -218,7 +218,6 @@ WINDING = FloorPlan.parse("#######\n#..#..#\n#.B#.S#\n#.....#\n#######", "windin
 
 
 def way(child, caregiver, plan=WINDING):
-    """The move of a child towards a caregiver, both given by cell."""
     goal = NOTHING if caregiver is None else plan.cell_index[caregiver]
     cell = np.array([plan.cell_index[child]])
     sight = ChildPercept(cell, np.zeros(1, int), np.array([goal]), np.zeros(1, bool))

@@ -32,7 +32,6 @@ def run(walk: ToddlerWalk, touched=lambda walk, step: (), steps: int = STEPS) ->
 
 
 def wall_at(distance: float):
-    """Something to the east that stops the toddler's centre at a distance."""
     return lambda walk, step: [(1.0, 0.0)] if walk.position[0] >= distance else []
 
 

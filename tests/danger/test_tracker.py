@@ -24,7 +24,6 @@ def corridor():
 
 
 def views(*cells):
-    """Return what is in view, bool (1, 3)."""
     return np.isin(np.arange(3), cells)[None]
 
 

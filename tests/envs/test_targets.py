@@ -41,7 +41,6 @@ def make(world="grid", house=PLAN, **options):
 
 
 def run(env, seed, choose):
-    """A whole episode; what every step returned."""
     observation, info = env.reset(seed=seed)
     found = []
     while not found or not (found[-1][2] or found[-1][3]):

@@ -28,7 +28,6 @@ def run(folder, settings=RUN, grid_block=6, **changes):
 
 @pytest.fixture(scope="module")
 def first(tmp_path_factory):
-    """The folder of the run `RUN`, finished."""
     folder = tmp_path_factory.mktemp("first")
     run(folder)
     return folder
@@ -36,7 +35,6 @@ def first(tmp_path_factory):
 
 @pytest.fixture
 def begun(first, tmp_path):
-    """A copy of it, to be added to or tampered with."""
     return shutil.copytree(first, tmp_path / "begun")
 
 
@@ -92,7 +90,6 @@ class Mine(TargetPolicy):
 
 @pytest.fixture
 def plugin(tmp_path, monkeypatch):
-    """A folder with a module of somebody's own."""
     folder = tmp_path / "code"
     folder.mkdir()
     (folder / "a_plugin.py").write_text(CODE)

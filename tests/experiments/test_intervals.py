@@ -11,7 +11,6 @@ INF = np.inf
 
 @pytest.fixture
 def pairs():
-    """Twenty episodes: ours, theirs."""
     random = np.random.default_rng(1)
     theirs = random.poisson(6.0, 20).astype(float)
     return random.binomial(theirs.astype(int), 0.3).astype(float) + random.poisson(0.5, 20), theirs

@@ -28,7 +28,6 @@ NEW_COLUMN = f'    _count("sighs", "int", "", "sighs", "how often somebody sighe
 
 @pytest.fixture
 def checkout(tmp_path):
-    """A copy of the package, to be edited."""
     ignored = shutil.ignore_patterns("__pycache__")
     for source, target in (("caregiver_mj", "."), ("tasks", "tasks"), ("models", "models")):
         shutil.copytree(ROOT / source, tmp_path / "caregiver_mj" / target, ignore=ignored)

@@ -21,7 +21,6 @@ GRID = [EpisodeSpec(PLAN, family, "nearest", i, "grid", 3) for family in (1.0, 0
 
 
 def rows(outcome):
-    """What is measured, without the clock."""
     return [{name: value for name, value in row.items() if name != "wall_seconds"} for row in outcome.measured]
 
 
@@ -35,8 +34,6 @@ def in_house():
 
 
 def wild(env):
-    """A policy in whose hands the simulation diverges."""
-
     def act(timestep):
         env.physics.data.qvel[:] = 1e12
         return np.zeros(env.action_spec().shape)
@@ -45,8 +42,6 @@ def wild(env):
 
 
 def slow(env):
-    """A policy of actions of its own."""
-
     def act(timestep):
         action = np.zeros(env.action_spec().shape)
         action[0] = 0.1 * np.sin(timestep.observation["clock"])

@@ -25,7 +25,6 @@ def paper():
 
 
 def run_bare_tables(plan, family, seeds):
-    """Return the ledger of some episodes."""
     return BareTablesWorld(plan, family).run(streams(seeds))
 
 

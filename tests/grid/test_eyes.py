@@ -14,8 +14,6 @@ from caregiver_mj.plans.visibility import ALL_ROUND
 
 
 class Watching(PaperCaregiver):
-    """Keeps what it was shown."""
-
     def reset(self, *args, **kwargs):
         super().reset(*args, **kwargs)
         self.shown = []

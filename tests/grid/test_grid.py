@@ -408,8 +408,6 @@ NORTH, EAST, SOUTH, WEST = range(4)
 
 
 class Waits(Fixed):
-    """Waits in a cell."""
-
     waits = True
 
     def decide(self, percept):

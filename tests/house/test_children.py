@@ -145,7 +145,6 @@ def physics():
 
 
 def corridor(physics, *places) -> Children:
-    """Children in the corridor's columns, with the moves that they make."""
     children = Children(CORRIDOR, [Scripted(CORRIDOR, move) for _, move in places], MOVE)
     for number, (column, _) in enumerate(places):
         children.start(number, stream(number), CORRIDOR.cell_index[1, column], 0.0, physics)
@@ -153,7 +152,6 @@ def corridor(physics, *places) -> Children:
 
 
 def begin(physics, *places):
-    """Where children set out for: columns."""
     children = corridor(physics, *places)
     children.begin(0, RANDOM, physics)
     return [CORRIDOR.free_cells[child.move.going][1] for child in children]

@@ -17,8 +17,6 @@ TODDLER_RADIUS = 0.12  # metres
 
 
 class House:
-    """A compiled house without a robot, and what the tests do with it."""
-
     def __init__(self, plan: FloorPlan):
         self.plan = plan
         self.model = build_house(plan, robot=False).compile()

@@ -52,7 +52,6 @@ def test_without_visuals_the_house_is_smaller_and_everything_moves_exactly_as_wi
 
 @pytest.fixture(scope="module")
 def everything():
-    """A plan with all that can stand, or lie, in a house."""
     return FloorPlan.parse("########\n#B....G#\n#..M.o.#\n#.C....#\n#.S..TB#\n########", "home")
 
 
@@ -122,7 +121,6 @@ def test_a_finger_that_is_pushed_in_hardly_pushes_back_and_grips_as_hard_as_ever
 
 
 def felt(physics) -> set[tuple[int, str, int]]:
-    """Who touches what in a step: child, kind, number."""
     physics.step(1)
     return {(touch.child, touch.kind, touch.index) for touch in physics.touches}
 

@@ -43,8 +43,6 @@ class Setting(NamedTuple):
 
 
 class Stage:
-    """An environment, and what a scenario does in it."""
-
     def __init__(self, setting: Setting):
         how = {"embodiment": setting.robot, "sight": setting.sight, "compliant_children": setting.compliant}
         children = ",".join([".5"] * setting.children)
@@ -159,7 +157,6 @@ def pinch(stage: Stage, loud: bool):
 
 
 def carry_past(stage: Stage, loud: bool):
-    """The hand carries a candle past the child's chest."""
     ahead = stage.robot.postures.reach
     stage.begin((ahead + 0.22, 0.3) if loud else AWAY, base=(0.0, 0.6, 0.0), arm=stage.arm.solve(ahead, 0.5))
     stage.hold(CANDLE, 0)

@@ -136,7 +136,6 @@ ROUGH = {
 
 
 def run(task, **task_kwargs):
-    """Observations of an episode's first steps with random actions."""
     env = load(task, "paper", random=4, task_kwargs=task_kwargs, visuals=False)
     spec, random = env.action_spec(), np.random.default_rng(0)
     steps = [env.reset()]

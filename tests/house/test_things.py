@@ -163,7 +163,6 @@ ROBOTS = ("mobile_fr3", "mobile_ur5e")
 
 
 def in_tray(physics):
-    """Whether each small thing is in the robot's tray."""
     base, tray = physics.base_position(), physics.embodiment.tray
     places = physics.thing_positions()
     return np.array([tray.holds((*geometry.to_local(base, place[:2]), place[2])) for place in places])

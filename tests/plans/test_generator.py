@@ -82,7 +82,6 @@ def test_a_house_has_what_was_asked_for_and_is_furnished_as_houses_are(request):
 
 
 def check_rooms(plan, shell):
-    """Rooms are separated by walls and joined by doorways."""
     owner = np.full(plan.shape, -1)
     for i, room in enumerate(shell.rooms):
         assert (owner[room.inside] == -1).all()

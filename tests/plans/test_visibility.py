@@ -19,7 +19,6 @@ HOUSE = """
 
 
 def seen(plan, sight, cell, heading=ALL_ROUND):
-    """Draw what is seen from a cell."""
     rows = [list(row.replace(".", " ")) for row in plan.rows]
     for number in np.flatnonzero(visibility(plan, Sight.of(sight)).seen[plan.cell_index[cell], heading]):
         row, column = plan.free_cells[number]

@@ -19,7 +19,6 @@ HERE = (np.zeros(3), TUCKED)
 
 
 def motion():
-    """A robot under way, straight ahead."""
     robot = RobotMotion(ROBOT, STEP)
     robot.reset((0.0, 0.0, 0.0))
     robot.drive_along([(0.0, 0.0), (3.0, 0.0)], lambda points: True)

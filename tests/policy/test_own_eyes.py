@@ -35,7 +35,6 @@ def load(family, seed, sight="walls"):
 
 
 def episode(env, caregiver="foresight", seconds=30.0):
-    """Return what is observed, and what is done, until time is up."""
     policy = caregiver_mj.CaregiverPolicy(env, caregiver)
     timestep, found = env.reset(), []
     while env.physics.time() < seconds:

@@ -37,8 +37,6 @@ class Map(Last):
 
 
 class Still:
-    """Does nothing."""
-
     def __init__(self, env):
         self.action = np.zeros(env.action_spec().shape)
         self.seeds = []

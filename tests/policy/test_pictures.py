@@ -20,8 +20,6 @@ seen = []  # by the policies below, the pictures of each camera
 
 
 class Seeing:
-    """Looks through every camera at the start, and does nothing."""
-
     needs_pictures = True
 
     def __init__(self, env):

@@ -20,8 +20,6 @@ MOVE = 84  # control steps of a novice timestep
 
 
 class Scene:
-    """A relocation in a room, with a child that stays where it is put."""
-
     def __init__(self, seed: int = 0, plan: FloorPlan = ROOM, **task_kwargs):
         child = Scripted(plan, STAY)
         self.env = load("relocate_candle", plan, child, random=seed, task_kwargs=task_kwargs)
@@ -47,7 +45,6 @@ class Scene:
         mujoco.mj_forward(model, data)
 
     def push(self, force: tuple[float, float], candle: int = 0) -> None:
-        """Pushes a candle for a tenth of a second, near its top."""
         data = self.physics.data.ptr
         body = self.physics.model.ptr.body(f"candle_{candle}/candle").id
         data.xfrc_applied[body] = [*force, 0.0, -0.07 * force[1], 0.07 * force[0], 0.0]

@@ -72,7 +72,6 @@ class Scene:
         return False
 
     def is_at(self, cell: Cell) -> bool:
-        """Whether the robot stands in a cell."""
         return math.dist(self.base[-1][:2], self.env.task.plan.position(cell)) < 0.05
 
 

@@ -27,7 +27,6 @@ def run(job):
 
 @pytest.fixture
 def hasty():
-    """Has threads take turns as often as they can."""
     interval = sys.getswitchinterval()
     sys.setswitchinterval(1e-6)
     yield

@@ -15,7 +15,6 @@ STAIRWELL, FREE_CELL, NOT = [True, False], [False, True], [False, False]  # what
 
 
 def ledger(*starts, timesteps=10) -> Ledger:
-    """A ledger of episodes by the cells in which their children start."""
     return Ledger(PLAN, np.array(starts), timesteps)
 
 

@@ -117,7 +117,6 @@ STOP = """class Slow:
 
 @pytest.fixture
 def own(tmp_path, monkeypatch):
-    """A module with policies of one's own in the present folder."""
     (tmp_path / "of_my_own.py").write_text(OWN)
     monkeypatch.chdir(tmp_path)
     yield "of_my_own"

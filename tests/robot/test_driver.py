@@ -60,7 +60,6 @@ class Drive:
         return Status.RUNNING
 
     def gap(self) -> float:
-        """Metres to the nearest child."""
         return min(math.dist(one.position, self.base[:2]) for one in self.children) - TOUCHING
 
 

@@ -15,7 +15,6 @@ ROBOT = find_embodiment()
 
 @pytest.fixture
 def robot() -> RobotMotion:
-    """One at rest."""
     motion = RobotMotion(ROBOT, 0.02)
     motion.reset((0.0, 0.0, 0.0))
     return motion

@@ -30,7 +30,6 @@ BESIDE_STAIRS = FloorPlan.parse("########\n#......#\n#....BS#\n#.T....#\n#######
 
 
 def points_along(path: list[tuple[float, float]]) -> np.ndarray:
-    """Points (n, 2) on a polyline."""
     pieces = [np.linspace(a, b, int(math.dist(a, b) / STEP) + 2) for a, b in itertools.pairwise(np.array(path, float))]
     return np.concatenate(pieces)
 
@@ -47,7 +46,6 @@ def cells_of(plan: FloorPlan, points: np.ndarray) -> set[tuple[int, int]]:
 
 
 def path_between(navigator: Navigator, start, goal, children=(), closed=()):
-    """A path from the centre of a cell to that of another."""
     plan = navigator.plan
     return navigator.path(centre(plan, start), centre(plan, goal), goal, children, closed)
 

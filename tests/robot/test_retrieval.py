@@ -29,7 +29,6 @@ def planner(robot):
 
 
 def found(search):
-    """What a search comes to."""
     while True:
         try:
             next(search)

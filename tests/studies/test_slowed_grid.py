@@ -55,7 +55,6 @@ def corridor(column, *told, separates=None, plan=CORRIDOR):
 
 
 def walked(world, timesteps):
-    """The columns in which the caregiver is after each timestep."""
     columns = []
     for _ in range(timesteps):
         world.step()

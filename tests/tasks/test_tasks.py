@@ -128,7 +128,6 @@ CUPBOARD = FloorPlan.parse("#####\n#B.C#\n##T##\n#####", "cupboard")  # one free
 
 
 def bumps(env: control.Environment) -> list[dict[str, float]]:
-    """Damage by kind in each of some novice timesteps."""
     totals, harm = env.task.outcome(), []
     for _ in range(24):
         for _ in range(84):
