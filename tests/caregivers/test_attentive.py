@@ -5,7 +5,7 @@ import functools
 import numpy as np
 import pytest
 
-from caregiver_mj import CaregiverError, CaregiverPolicy, FloorPlan, load
+from caregiver_mj import CaregiverPolicy, FloorPlan, load
 from caregiver_mj.caregivers.attentive import looks
 from caregiver_mj.caregivers.registry import find_caregiver, make_caregiver
 from caregiver_mj.grid.world import GridWorld
@@ -55,13 +55,3 @@ def test_in_the_house_it_ends_what_it_is_about_when_it_does_not_look():
 def test_a_share_that_leaves_less_than_a_bout_apart_is_met_by_longer_bouts():
     looking = looks(np.random.default_rng(0).random((400, 1000)), 0.95, 6.0)
     assert looking.mean() == pytest.approx(0.95, abs=0.005)
-
-
-@pytest.mark.parametrize(
-    "name",
-    ["attentive:often", "attentive:1.5"]
-    + [f"attentive:.4:{other}" for other in ("none", "driver", "person", "chat:model", "http://a", "attentive:.5")],
-)
-def test_bad_names_are_refused(name):
-    with pytest.raises(CaregiverError):
-        find_caregiver(name)

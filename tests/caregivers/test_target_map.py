@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from worlds import streams
 
-from caregiver_mj import CaregiverError, FloorPlan
+from caregiver_mj import FloorPlan
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.target_observation import Encoder
 from caregiver_mj.envs.target_grid import TargetGrid
@@ -129,16 +129,3 @@ def test_of_a_child_that_is_not_seen_it_has_what_is_believed():
     assert not seen.all()
     assert child[seen].max(axis=1) == pytest.approx(1)
     assert (child[~seen].max(axis=1) < 0.99).any()
-
-
-@pytest.mark.parametrize(
-    ("shape", "words"),
-    [
-        ((4, 9), r"at least \(5, 7\) for house 'all'"),
-        ((9,), "rows and columns"),
-        ((9, 1001), "at most 1,000 of a kind"),
-    ],
-)
-def test_a_shape_that_will_not_do_is_named(shape, words):
-    with pytest.raises(CaregiverError, match=f"shape must be .*{words}"):
-        TargetGrid(HOUSE, "1", observation="map", shape=shape)

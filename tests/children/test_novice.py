@@ -3,12 +3,11 @@
 import itertools
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_plans import plan_texts
 
-from caregiver_mj import CaregiverError, FloorPlan
+from caregiver_mj import FloorPlan
 from caregiver_mj.children.behaviour import ChildPercept
 from caregiver_mj.children.novice import Expert, Novice, expert_trajectories
 from caregiver_mj.plans.cell_graph import Target
@@ -27,12 +26,6 @@ def draws(*rows):
 def sight(cell, goal):
     cell, goal = np.asarray(cell), np.asarray(goal)
     return ChildPercept(cell, goal, np.full(cell.shape, NOTHING), np.zeros(cell.shape, bool))
-
-
-@pytest.mark.parametrize("epsilon", [-0.01, 1.01, float("nan"), float("inf")])
-def test_epsilon_outside_its_range_is_refused(epsilon):
-    with pytest.raises(CaregiverError, match=r"epsilon must be in \[0, 1\], got"):
-        Novice(SQUARE, epsilon)
 
 
 def test_draws_make_random_and_shortest_moves_by_hand():

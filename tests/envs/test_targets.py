@@ -169,24 +169,6 @@ def test_the_grid_draws_without_mujoco():
     assert (done.stdout.strip(), done.stderr) == ("(480, 640, 3)", "")
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"world": "moon"}, "no world 'moon': there are house, grid"),
-        ({"camera": "wrist"}, "must be left out in the grid"),
-        ({"render_mode": "human"}, "no render mode 'human', which needs a window: take rgb_array"),
-        (
-            {"render_mode": "rgb_array", "width": 8},
-            "the width of a picture, in pixels, must be an integer from 32 to 1920",
-        ),
-        ({"observation": "camera"}, "no observation 'camera': there are numbers, flat, map, graph"),
-    ],
-)
-def test_bad_input_is_named(options, message):
-    with pytest.raises(CaregiverError, match=message):
-        make(**options)
-
-
 def test_an_unknown_option_is_a_type_error_and_the_house_has_no_batch():
     with pytest.raises(TypeError, match="colour"):
         make(colour="red")

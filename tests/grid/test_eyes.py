@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from worlds import streams
 
-from caregiver_mj import CaregiverError, FloorPlan
+from caregiver_mj import FloorPlan
 from caregiver_mj.caregivers.caregiver import PrivilegedCaregiver
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
@@ -90,12 +90,6 @@ def test_it_finds_out_what_has_become_of_things_by_looking():
     world.caregiver_cell[:] = plan.cell_index[(3, 7)]
     world.eyes.look(np.zeros((1, 1), bool))
     assert world.percept().gone.all()
-
-
-def test_whoever_is_told_has_eyes_for_everything():
-    plan = FloorPlan.load("paper")
-    with pytest.raises(CaregiverError, match="sight must be all"):
-        GridWorld(plan, 0.5, make_caregiver("knows-goal", plan), sight="walls")
 
 
 @pytest.mark.parametrize(

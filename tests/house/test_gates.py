@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from scripted_child import EAST, NORTH, Scripted
 
-from caregiver_mj import CaregiverError, FloorPlan, load
+from caregiver_mj import FloorPlan, load
 from caregiver_mj.house.physics import Physics
-from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.hazards import State
 
@@ -107,8 +106,3 @@ def test_every_episode_begins_with_it_open_and_it_is_observed():
     assert env.reset().observation["gate_position"] == pytest.approx([layout.GATE_OPEN])
     assert env.task.children.state.tolist() == [State.AS_PLANNED]
     assert env.observation_spec()["gate_position"].shape == (1,)
-
-
-def test_gates_are_of_one_size():
-    with pytest.raises(CaregiverError, match=r"cells must be of 0.75 m in a house with gates, got 1"):
-        build_house(FloorPlan.parse(CORNER.text, cell_size=1.0))

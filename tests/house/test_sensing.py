@@ -166,21 +166,6 @@ def test_rough_sensing_is_of_the_same_episode():
         assert rough[20][key].shape == shape.shape
 
 
-@pytest.mark.parametrize(
-    ("sensing", "words"),
-    [
-        ({"cat": {}}, "sensing has no 'cat': there are candle, child, base, delay"),
-        ({"base": {"blur": 1}}, "sensing: base has no 'blur': there are noise, bias"),
-        ({"child": {"noise": -0.1}}, "child.noise must be 0 or more, got -0.1"),
-        ({"child": {"dropout": 1.0}}, "child.dropout must be in 0 to 0.95, got 1.0"),
-        ({"candle": {"velocity_noise": 0.1}}, "candle.velocity_noise must be left out"),
-    ],
-)
-def test_what_makes_no_sense_is_refused(sensing, words):
-    with pytest.raises(CaregiverError, match=words):
-        load("supervise", task_kwargs={"sensing": sensing}, visuals=False)
-
-
 def test_changed_json_of_sensing_is_read_or_refused():
     random = np.random.RandomState(0)
     tokens = re.findall(r"[\w.]+|\W", '{"delay": 0.06, "base": {"noise": 0.005, "dropout": 0.1}}')

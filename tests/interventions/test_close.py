@@ -8,11 +8,8 @@ from random_plans import plan_texts
 from worlds import streams
 
 from caregiver_mj import CaregiverPolicy, FloorPlan, load
-from caregiver_mj.caregivers import Caregiver
 from caregiver_mj.caregivers.registry import make_caregiver
-from caregiver_mj.errors import CaregiverError, FloorPlanError
 from caregiver_mj.grid.world import GridWorld
-from caregiver_mj.interventions.verb import Intervention, Interventions
 from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.hazards import NOTHING, State
 from caregiver_mj.policy.pace import closing_time
@@ -48,35 +45,12 @@ def test_openings_come_before_what_is_on_tables_and_the_open_ones_first():
     assert HOUSE.caregiver_cells[len(HOUSE.free_cells) :] == HOUSE.landings
 
 
-@pytest.mark.parametrize("text", ["######\n#B...#\n#.G..#\n#....#\n######", "######\n#.G.B#\n#.T..#\n#....#\n######"])
-def test_one_without_a_way_in_is_refused(text):
-    with pytest.raises(
-        FloorPlanError, match=r"line \d, column 3: this stairwell with an open gate \(G\) has no way in"
-    ):
-        FloorPlan.parse(text)
-
-
 @pytest.mark.parametrize("name", ["nearest", "expected-danger", "childproof", "wanderer"])
 def test_caregivers_shut_them_for_good(name):
     world = ran(name)
     assert (world.state[:, 1:3] == State.SHUT).mean() > 0.9
     assert (world.state[:, [0, 3]] == State.AS_PLANNED).all()
     assert world.ledger.totals()["damage_gate"].sum() < 0.2 * ran("none").ledger.totals()["damage_gate"].sum()
-
-
-@pytest.mark.parametrize(
-    ("verb", "hazard", "words"), [("close", 0, "must be for a gate"), ("block", 1, "must be for a stairwell")]
-)
-def test_a_verb_is_for_its_kind(verb, hazard, words):
-    class Confused(Caregiver):
-        def choose(self, percept):
-            raise NotImplementedError
-
-        def decide(self, percept):
-            return Interventions.of([Intervention(verb, hazard)])
-
-    with pytest.raises(CaregiverError, match=f"'{verb}' {words}, .* got hazard {hazard}"):
-        GridWorld(HOUSE, "0.5", Confused(HOUSE)).run(streams(1, 2))
 
 
 @pytest.mark.parametrize("robot", ["mobile_fr3", "mobile_ur5e"])

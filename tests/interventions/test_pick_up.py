@@ -11,7 +11,6 @@ from worlds import streams
 
 from caregiver_mj.caregivers.foresight.value_table import Objective, ValueTable
 from caregiver_mj.caregivers.registry import make_caregiver
-from caregiver_mj.errors import FloorPlanError
 from caregiver_mj.grid.world import BareTablesWorld, GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import State
@@ -45,18 +44,6 @@ def test_its_cell_is_free_and_it_comes_last_among_hazards():
     assert set(HOUSE.free_cells) == set(HOUSE.cells_of(".", "o"))
     assert CORRIDOR.graph.floor_distances[:, 0].tolist() == [2, 1, 1, 1, 2, 3, 4]
     assert not set(HOUSE.floor_cells) & set(HOUSE.starts.tolist())
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("####\n#oB#\n####", "the plan has no free cell"),
-        ("#####\n#.B##\n###o#\n#####", r"line 3, column 4: this free cell is not connected"),
-    ],
-)
-def test_a_plan_is_refused_where_there_is_no_other_cell_or_no_way(text, words):
-    with pytest.raises(FloorPlanError, match=words):
-        FloorPlan.parse(text)
 
 
 @pytest.mark.parametrize("name", ["random", "wanderer", "nearest", "childproof", "expected-danger", "foresight"])

@@ -30,6 +30,10 @@ MALFORMED = [
     ("no free cell", "####\n#BT#\n####", (1, 1), "the plan has no free cell (.)"),
     ("joined by a landing only", "#####\n#.S.#\n#B#B#\n#####", (2, 4), "this free cell is not connected to the one"),
     ("unreachable stairwell", "#####\n#.#S#\n#B###\n#####", (2, 4), "this stairwell (S) cannot be reached"),
+    ("gate behind an inner wall", "######\n#B...#\n#.G..#\n#....#\n######", (3, 3), "open gate (G) has no way in"),
+    ("gate behind a table", "######\n#.G.B#\n#.T..#\n#....#\n######", (2, 3), "open gate (G) has no way in"),
+    ("things only", "####\n#oB#\n####", (1, 1), "the plan has no free cell"),
+    ("thing in a corner", "#####\n#.B##\n###o#\n#####", (3, 4), "this free cell is not connected"),
     ("diagonal only", "#####\n#.B##\n##T##\n#####", (3, 3), "this bare table (T) cannot be reached"),
 ]
 

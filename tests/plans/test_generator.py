@@ -151,27 +151,3 @@ def test_a_house_has_as_many_gates_mugs_and_batteries_as_are_asked_for():
     plan = FloorPlan.load("house-17-14x12-stairwells1-candles1-tables2-gates1-mugs2-batteries3")
     assert [plan.text.count(symbol) for symbol in "SGCMTo"] == [1, 1, 1, 2, 2, 3]
     assert not any(symbol in generate(17).text for symbol in "GMo")
-
-
-@pytest.mark.parametrize(
-    ("request_", "problem"),
-    [
-        (Request(0, (4, 10)), "rows and columns must be 5 to 100, got 4"),
-        (Request(0, rooms=0), "rooms must be at least 1, got 0"),
-        (Request(0, stairwells=0, candles=0), "there is nothing to protect a child from"),
-        (Request(0, stairwells=0, tables=0), "there is nothing to protect a child from"),
-        (Request(0, stairwells=0, candles=0, batteries=0, home=True), "there is nothing to protect a child from"),
-        (Request(0, candles=2, tables=0), "there is nowhere to take it"),
-        (
-            Request(0, (12, 12), gates=40),
-            "no way was found to fit .*, gates 40, mugs 0 and batteries 0 into 12 x 12 cells",
-        ),
-        (Request(0, (9, 9), rooms=30), "no way was found to fit rooms 30, .* into 9 x 9 cells"),
-    ],
-)
-def test_what_cannot_be_is_refused_in_one_line(request_, problem):
-    with pytest.raises(FloorPlanError, match=problem) as error:
-        design(request_)
-    message = str(error.value)
-    assert message.startswith(f"floor plan '{request_.name}' cannot be made: ")
-    assert "\n" not in message

@@ -43,22 +43,6 @@ def test_damage_is_said_by_name_and_what_is_not_said_is_that_of_the_paper():
     assert hash(DamageWeights.of("20:4:1")) == hash(dear)
 
 
-@pytest.mark.parametrize(
-    ("damage", "words"),
-    [
-        ("stove=3", "no kind of damage 'stove': there are stairwell, candle, table, gate, mug, battery"),
-        ({"stove": 3}, "no kind of damage 'stove'"),
-        ("candle=3,candle=4", "must name each kind once, got 'candle=3,candle=4'"),
-        ("candle=3:4", "must be KIND=NUMBER, such as stairwell=5,candle=4, or .* got 'candle=3:4'"),
-        ("candle=-1", "the damage of a candle must be a number of at least 0, got -1"),
-        (5.0, "damage, if no DamageWeights or mapping, must be a str, got 5.0"),
-    ],
-)
-def test_damage_of_no_kind_or_no_number_is_refused(damage, words):
-    with pytest.raises(CaregiverError, match=words):
-        DamageWeights.of(damage)
-
-
 def test_openings_with_a_fence_are_the_last_ones_wherever_their_kind_stands(monkeypatch):
     window = dataclasses.replace(STAIRWELL, name="window", symbol="W", model="window")
     monkeypatch.setattr(hazards, "KINDS", (*hazards.KINDS, window))

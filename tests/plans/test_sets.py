@@ -43,22 +43,6 @@ def test_houses_of_a_set_are_loaded_by_name(name):
         assert FloorPlan.load(f"{name}/{i}") == plan == FloorPlan.load(plan.name)
 
 
-@pytest.mark.parametrize(
-    ("name", "problem"),
-    [
-        ("test", "there are train-N, test-N, .*such as test-100"),
-        ("test-", "there are train-N, test-N"),
-        ("test-0", "a set has 1 to 1000 houses"),
-        ("train-1001", "a set has 1 to 1000 houses"),
-        ("drawn-11", "a set has 1 to 10 houses"),
-        ("drawn-10@secret", "there are train-N, test-N"),
-    ],
-)
-def test_sets_that_there_are_not(name, problem):
-    with pytest.raises(FloorPlanError, match=rf"^no set of floor plans '{name}': .*{problem}"):
-        house_set(name)
-
-
 def test_a_house_twice_is_refused():
     with pytest.raises(FloorPlanError, match=r"^houses must be different, got 'house-200001' twice$"):
         houses_named(["test-2", "test-100/1"])

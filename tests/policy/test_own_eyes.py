@@ -8,7 +8,7 @@ import pytest
 from views import ROBOT, child, view
 
 import caregiver_mj
-from caregiver_mj import CaregiverError, FloorPlan
+from caregiver_mj import FloorPlan
 from caregiver_mj.children.walk import BUMP_SPEED, WALKING_SPEED
 from caregiver_mj.experiments.spec import episode_random
 from caregiver_mj.plans.visibility import PLACES, Sight
@@ -203,11 +203,6 @@ def test_a_cell_is_empty_if_it_is_seen_while_a_child_would_be_in_it(perception):
         perception.watch(perception.look(observed(seen=[east]), 0.3), clock)
         assert (chance(east) == 0.0) == known
     assert chance(west) == pytest.approx(1.0)
-
-
-def test_who_is_told_everything_needs_no_eyes():
-    with pytest.raises(CaregiverError, match="sight must be all with a caregiver that needs privileged information"):
-        caregiver_mj.CaregiverPolicy(load(0.5, 0), "knows-goal")
 
 
 def test_a_child_that_something_hides_for_a_moment_is_not_forgotten():

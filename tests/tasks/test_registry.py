@@ -107,21 +107,3 @@ def test_a_task_that_is_none_is_refused_in_a_line(kind, words, monkeypatch):
     monkeypatch.setitem(caregiver_mj.tasks.TASKS, "mine", TaskSpec("mine", kind))
     with pytest.raises(CaregiverError, match=words):
         caregiver_mj.load("mine", PLAN)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"environment_kwargs": {"time_limit": 3}}, "must be without time_limit: give it in task_kwargs"),
-        ({"task_kwargs": {"colour": "red"}}, "task_kwargs: got an unexpected keyword argument 'colour'"),
-        ({"task_kwargs": {"candle_offset": 5}}, "candle_offset, in metres, must be in 0 to 0.27, got 5"),
-        ({"task_kwargs": {"control_timestep": 0}}, "control_timestep must be positive .* got 0"),
-        ({"task_kwargs": {"control_timestep": 3.0}}, "no longer than a child's move, 1.69 s, got 3.0"),
-        ({"task_kwargs": {"control_timestep": 0.007}}, "multiple of physics timestep"),
-        ({"task_kwargs": {"compliant_children": "x"}}, "compliant_children must be a bool, got 'x'"),
-        ({"random": 0, "task_kwargs": {"random": 5}}, "random must be given once"),
-    ],
-)
-def test_further_arguments_are_looked_at(arguments, message):
-    with pytest.raises(CaregiverError, match=message):
-        caregiver_mj.tasks.load("supervise", PLAN, **arguments)

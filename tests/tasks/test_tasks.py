@@ -1,6 +1,5 @@
 """The tasks: dm_env's contract, what can be observed and commanded, determinism, and agreement with the grid."""
 
-import dataclasses
 import gc
 import itertools
 import weakref
@@ -231,12 +230,6 @@ def test_what_nobody_holds_any_more_is_gone_at_once(task, caregiver):
         assert [one() for one in held] == [None] * len(held)
     finally:
         gc.enable()
-
-
-def test_a_landing_must_be_as_wide_as_the_robot():
-    plan = dataclasses.replace(FloorPlan.load("paper"), cell_size=0.5)
-    with pytest.raises(CaregiverError, match=r"cells of at least 0\.54 m, as wide as the robot, got 0\.5 m"):
-        caregiver_mj.load("block_stairs", plan)
 
 
 @pytest.mark.parametrize(("rows", "children"), [("#.B#", 1), ("#..B#", 2)])
