@@ -209,14 +209,13 @@ def test_every_caregiver_decides_for_each_world_alone_and_only_on_hazards(text, 
     plan = FloorPlan.parse(text)
     random = np.random.default_rng(seed)
     batch, candles = 6, len(plan.candle_tables)
+    tables = [random.permutation(len(plan.tables))[:candles] for _ in range(batch)]
     percept = Percept(
         child_cell=pick(random.random((batch, children)), len(plan.free_cells)),
         previous_cell=pick(random.random((batch, children)), len(plan.free_cells)),
         previous_action=random.integers(-1, 4, size=(batch, children)),
         caregiver_cell=pick(random.random(batch), len(plan.caregiver_cells)),
-        candle_table=np.array([random.permutation(len(plan.tables))[:candles] for _ in range(batch)]).reshape(
-            batch, -1
-        ),
+        candle_table=np.reshape(tables, (batch, -1)),
         holding=np.full(batch, NOTHING),
         candle_cell=np.full((batch, candles), NOTHING),
         out_of_reach=random.random((batch, len(plan.hazards))) < 0.2,

@@ -198,9 +198,8 @@ class TestValueTable:
         """A child at random in a corridor between two tables, before which the bin is south of its middle cell, 2."""
         plan = FloorPlan.parse("########\n#C....T#\n####B###\n########")
         objective = Objective(discount=0.5, price=0.0, random_price=2.0, tolerance=0.0)
-        found, free = (
-            ValueTable(plan, objective=one) for one in (objective, dataclasses.replace(objective, random_price=0.0))
-        )
+        found = ValueTable(plan, objective=objective)
+        free = ValueTable(plan, objective=dataclasses.replace(objective, random_price=0.0))
         at_random = EPSILONS.index(1.0)
 
         def denied(table, child, stand, left):
@@ -214,11 +213,8 @@ class TestValueTable:
         # in cell 3 it comes as far as cell 1, and goes back. By six moves it is thought to have arrived.
         one = two = three = 0.0
         for _ in range(6):
-            one, two, three = (
-                2.0 / 4 + 0.5 * (3 * one + two) / 4,
-                0.5 * (one + 2 * two + three) / 4,
-                0.5 * (3 * three + two) / 4,
-            )
+            at_once = 2.0 / 4 + 0.5 * (3 * one + two) / 4
+            one, two, three = at_once, 0.5 * (one + 2 * two + three) / 4, 0.5 * (3 * three + two) / 4
         assert [denied(1, child, 0, 0.0) for child in (1, 2, 3)] == pytest.approx([one, two, three], rel=1e-4)
 
     def test_a_timestep_ends_in_the_best_cell_that_is_reached(self):
@@ -348,11 +344,7 @@ class TestForesight:
 
     def test_picks_up_a_candle_from_the_floor_before_anything_else(self):
         plan = FloorPlan.parse(STAIRS_AND_TABLES)
-        lying = dataclasses.replace(
-            percept(plan, 1, 9, candle_table=[NOTHING]),
-            candle_cell=np.array([[4]]),
-            out_of_reach=np.array([[False, False]]),
-        )
+        lying = percept(plan, 1, 9, candle_table=[NOTHING], candle_cell=[[4]], out_of_reach=[[False, False]])
         answer = ForesightCaregiver(plan).decide(lying)
         assert (answer.verb[0], answer.hazard[0]) == (RELOCATE, 1)
         # Where it does not get at it there is still the stairwell.
@@ -363,9 +355,7 @@ class TestForesight:
 
     def test_reckons_with_every_candle_on_a_table_of_its_own(self):
         plan = FloorPlan.parse(FOUR_TABLES)  # tables 0 to 3 in the corners of the room
-        one_lies = dataclasses.replace(
-            percept(plan, 1, 9, candle_table=[0, NOTHING]), candle_cell=np.array([[NOTHING, 0]])
-        )
+        one_lies = percept(plan, 1, 9, candle_table=[0, NOTHING], candle_cell=[[NOTHING, 0]])
         assert each_on_a_table(plan, one_lies).candle_table.tolist() == [[0, 2]]
         together = dataclasses.replace(one_lies, candle_table=np.array([[1, 1]]), candle_cell=np.full((1, 2), NOTHING))
         assert each_on_a_table(plan, together).candle_table.tolist() == [[1, 3]]

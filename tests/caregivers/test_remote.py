@@ -237,9 +237,8 @@ def test_frames_change_nothing_but_what_is_sent(server, tmp_path, name):
     for line, frames in zip(lines, sent, strict=True):
         files = {camera: (tmp_path / file).read_bytes() for camera, file in line["question"]["frames"].items()}
         assert files == {camera: base64.b64decode(text) for camera, text in frames.items()}
-        assert list(line["question"]["frames"].values()) == [
-            f"{hashlib.sha256(content).hexdigest()}.png" for content in files.values()
-        ]
+        names = [f"{hashlib.sha256(content).hexdigest()}.png" for content in files.values()]
+        assert list(line["question"]["frames"].values()) == names
     # And nobody is asked, or looks, when the answers are given again.
     again, _ = in_the_house(replayed(FloorPlan.load("paper"), answers), visuals=False)
     assert again == without
@@ -271,9 +270,8 @@ def test_each_run_in_one_process_asks_its_own_server(monkeypatch):
 
 def test_processes_of_a_run_without_a_folder_share_its_budget(server):
     asks = f"{server.address}/garbage"
-    run = Settings(
-        FloorPlan.load("paper"), "grid", (asks,), (1.0, 0.5), episodes=4, seed=0, queries=Queries(max_calls=3)
-    )
+    queries = Queries(max_calls=3)
+    run = Settings(FloorPlan.load("paper"), "grid", (asks,), (1.0, 0.5), episodes=4, seed=0, queries=queries)
     evaluate(run, jobs=2, grid_block=1)
     assert len(server.asked) == 3
 

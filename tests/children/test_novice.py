@@ -77,9 +77,8 @@ def test_bins_are_uniform_and_an_expert_makes_no_random_move():
 def test_the_probabilities_of_its_moves_by_hand():
     # In the upper left: to bin (1, 3) east, to (3, 1) south, to (3, 3) either. A quarter of 0.4 for each, and 0.6.
     probability = Novice(SQUARE, 0.4).action_probabilities()
-    np.testing.assert_allclose(
-        probability[0], [[0.1, 0.7, 0.1, 0.1], [0.1, 0.1, 0.7, 0.1], [0.1, 0.4, 0.4, 0.1]], atol=1e-12
-    )
+    wanted = [[0.1, 0.7, 0.1, 0.1], [0.1, 0.1, 0.7, 0.1], [0.1, 0.4, 0.4, 0.1]]
+    np.testing.assert_allclose(probability[0], wanted, atol=1e-12)
     np.testing.assert_allclose(probability.sum(axis=-1), 1.0)
 
 

@@ -64,9 +64,8 @@ def test_contract(settings, result, tmp_path):
     assert (episodes.toys_reached == episodes.toys_by_child.map(sum)).all()
     assert (episodes.children == episodes.damage_by_child.map(len)).all()
     assert (episodes.children == episodes.family.map(lambda name: len(name.split(",")))).all()
-    assert dict(zip(episodes.family, episodes.epsilon, strict=True)) == {
-        str(family): family.epsilon for family in settings.families
-    }
+    epsilons = {str(family): family.epsilon for family in settings.families}
+    assert dict(zip(episodes.family, episodes.epsilon, strict=True)) == epsilons
     schema = pq.read_schema(tmp_path / "episodes.parquet")
     assert {str(schema.field(name).type) for name in COUNTS if name not in SHARES} == {"int64"}
     assert {str(schema.field(name).type) for name in [*DAMAGE, *TIMES, "epsilon"]} == {"double"}

@@ -142,9 +142,8 @@ def finished(runs, *names):
 
 def test_runs_are_compared_in_the_episodes_that_both_have(runs):
     found = compare_runs(*finished(runs, "seed0", "more"))
-    assert [(row["baseline"], row["family"], row["episodes"]) for row in found["rows"]] == [
-        (name, family, 8) for name in ("none", "nearest") for family in ("1", "0.5")
-    ]
+    wanted = [(name, family, 8) for name in ("none", "nearest") for family in ("1", "0.5")]
+    assert [(row["baseline"], row["family"], row["episodes"]) for row in found["rows"]] == wanted
     assert all(row["first"] == row["second"] and row["damage_difference_mean"] == 0 for row in found["rows"])
     assert found["settings"] == {"caregivers": [["none", "nearest"], ["guard", "nearest", "none"]], "episodes": [8, 10]}
 
@@ -200,9 +199,8 @@ def test_seeds_are_pooled(runs, tmp_path, capsys):
     assert (pooled.settings.episodes, pooled.seeds) == (16, [(0, 8), (1, 8)])
     keys = ["caregiver", "family", "seed"]
     both = pd.concat([first.episodes, second.episodes]).sort_values(keys, ignore_index=True)
-    pd.testing.assert_frame_equal(
-        pooled.episodes.sort_values(keys, ignore_index=True).drop(columns="episode"), both.drop(columns="episode")
-    )
+    together = pooled.episodes.sort_values(keys, ignore_index=True)
+    pd.testing.assert_frame_equal(together.drop(columns="episode"), both.drop(columns="episode"))
     assert pooled.maps.visits.sum() == first.maps.visits.sum() + second.maps.visits.sum()
     assert len(pooled.maps) == len(first.maps)
     for row in pooled.summary["rows"]:
@@ -221,7 +219,5 @@ def test_a_long_table_is_read_in_a_process_that_has_no_threads_yet(tmp_path):
     """Where memory is limited a library cannot launch any."""
     path, rows = tmp_path / "episodes.parquet", 8_000
     pd.DataFrame({f"column {i}": [float(i % 7), 0.0] * (rows // 2) for i in range(70)}).to_parquet(path)
-    read = (
-        "import pathlib, sys; from caregiver_mj.experiments.finished import _table; _table(pathlib.Path(sys.argv[1]), "
-    )
-    subprocess.run([sys.executable, "-c", f"{read}{rows})", path], check=True)
+    code = "import pathlib, sys; from caregiver_mj.experiments.finished import _table as read"
+    subprocess.run([sys.executable, "-c", f"{code}; read(pathlib.Path(sys.argv[1]), {rows})", path], check=True)

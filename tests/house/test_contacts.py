@@ -147,9 +147,8 @@ def opposite(kind, degrees=180.0, index=-1):
 def test_a_child_is_pinched_between_the_robot_and_what_gives_no_way(kind):
     assert counted(touch(0.0), opposite(kind)).pinches == 1
     assert counted(touch(0.0), opposite(kind)).pinch_seconds == STEP
-    assert (
-        counted(touch(0.0), opposite(kind, 121.0)).pinches == counted(opposite(kind, -121.0), touch(0.0)).pinches == 1
-    )
+    assert counted(touch(0.0), opposite(kind, 121.0)).pinches == 1
+    assert counted(opposite(kind, -121.0), touch(0.0)).pinches == 1
     assert counted(touch(0.0), opposite(kind, 119.0)).pinches == counted(touch(0.0), opposite(kind, 0.0)).pinches == 0
     assert counted(opposite(kind)) == Contacts()
     assert counted(touch(0.005), opposite(kind)).pinches == 0  # one after the other
@@ -194,9 +193,8 @@ def touched_by_a_base_that_moves(velocity, told=(0.0, 0.0, 0.0)):
     with physics.reset_context():
         physics.set_robot(np.array([0.0, 0.0, 0.0]))
         physics.data.qpos[physics.model.joint("toddler/y").qposadr] = -reach
-    physics.data.qvel[[physics.model.joint(f"robot/{name}").dofadr[0] for name in physics.embodiment.names.base]] = (
-        velocity
-    )
+    base = [physics.model.joint(f"robot/{name}").dofadr[0] for name in physics.embodiment.names.base]
+    physics.data.qvel[base] = velocity
     action = np.zeros(physics.action_spec().shape)
     action[physics.embodiment.layout.base] = told
     action[physics.embodiment.layout.arm] = physics.arm_position()

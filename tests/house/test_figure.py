@@ -34,11 +34,7 @@ class Walker:
             self.physics.forward()
             looks.append(self.physics.data.geom_xpos.copy())
         names = [self.physics.model.geom(i).name for i in range(self.physics.model.ngeom)]
-        return {
-            name.removeprefix("toddler/"): np.array(looks)[:, i]
-            for i, name in enumerate(names)
-            if name.startswith("toddler/")
-        }
+        return {name.removeprefix("toddler/"): np.array(looks)[:, i] for i, name in enumerate(names)}
 
 
 @pytest.mark.parametrize("robot", [False, True])

@@ -111,9 +111,8 @@ def held(child, fingers=0.01, off=0.0, grip=GRIP, robot="mobile_fr3", kind=CANDL
     physics = Physics.from_plan(hall, robot, visuals=False)
     with physics.reset_context():
         physics.set_robot(np.array([0.0, 0.0, 0.0]))
-        physics.data.qpos[[physics.model.joint(f"robot/{j}").qposadr[0] for j in physics.embodiment.names.fingers]] = (
-            fingers
-        )
+        joints = [physics.model.joint(f"robot/{joint}").qposadr[0] for joint in physics.embodiment.names.fingers]
+        physics.data.qpos[joints] = fingers
     foot = physics.pinch_position() - [0.0, 0.0, grip]
     physics.set_candle(0, np.add(foot, [0.0, off, 0.0]), 0.0)
     for axis, there in zip("xy", foot[:2] + child, strict=True):

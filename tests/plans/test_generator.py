@@ -23,13 +23,7 @@ def requests(draw):
     size = draw(st.tuples(st.integers(10, 22), st.integers(10, 22)))
     area = (size[0] - 2) * (size[1] - 2)
     most = area // 25
-    wishes = {
-        "rooms": draw(st.none() | st.integers(1, most)),
-        "stairwells": draw(st.none() | st.integers(1, most)),
-        "candles": draw(st.none() | st.integers(0, most)),
-        "tables": draw(st.none() | st.integers(1, most)),
-        "bins": draw(st.none() | st.integers(1, most)),
-    }
+    wishes = {field: draw(st.none() | st.integers(0 if field == "candles" else 1, most)) for field in FIELDS}
     return Request(draw(SEED), draw(st.sampled_from([size, None])) if most <= 3 else size, **wishes)
 
 

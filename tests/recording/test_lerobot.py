@@ -109,9 +109,7 @@ def test_rows_are_those_of_the_episodes(folder, episodes):
 
 
 def test_the_film_shows_each_row_its_own_frame(folder, info, listed, episodes):
-    reader = imageio_ffmpeg.read_frames(
-        str(folder / info["video_path"].format(video_key=KEY, chunk_index=0, file_index=0))
-    )
+    reader = imageio_ffmpeg.read_frames(folder / info["video_path"].format(video_key=KEY, chunk_index=0, file_index=0))
     meta = next(reader)
     assert (meta["fps"], tuple(meta["size"]), meta["codec"]) == (50.0, (WIDTH, HEIGHT), "h264")
     film = np.stack([np.frombuffer(frame, np.uint8).reshape(HEIGHT, WIDTH, 3) for frame in reader])

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from random_plans import plan_texts
-from robot_plans import CORRIDOR, centre
+from robot_plans import CORRIDOR, centre, journeys
 from walks import distances
 
 from caregiver_mj.plans import layout
@@ -48,14 +47,6 @@ def cells_of(plan: FloorPlan, points: np.ndarray) -> set[tuple[int, int]]:
 def path_between(navigator: Navigator, start, goal, children=(), closed=()):
     plan = navigator.plan
     return navigator.path(centre(plan, start), centre(plan, goal), goal, children, closed)
-
-
-@st.composite
-def journeys(draw, landings=True):
-    """A plan, and two of the cells on which the robot can stand."""
-    plan = FloorPlan.parse(draw(plan_texts(6, 14)), "random")
-    cells = st.sampled_from(plan.caregiver_cells if landings else plan.free_cells)
-    return plan, draw(cells), draw(cells)
 
 
 @settings(max_examples=40, deadline=None)

@@ -119,9 +119,8 @@ def test_a_base_with_corners_never_slides_fast_along_a_child_that_touches_it(ang
     far, near = 0.5, 0.3
     for _ in range(50):  # where the base is touched in this direction, by bisection
         middle = (far + near) / 2
-        far, near = (middle, near) if separation.gap_to((0, 0, 0), SQUARE, child(middle * x, middle * y)) > 0 else (
-            far, middle
-        )  # fmt: skip
+        apart = separation.gap_to((0, 0, 0), SQUARE, child(middle * x, middle * y)) > 0
+        far, near = (middle, near) if apart else (far, middle)
     told = (0.0, 0.0)
     for _ in range(100):
         wanted = (speed * math.cos(heading), speed * math.sin(heading))
