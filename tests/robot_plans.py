@@ -1,8 +1,13 @@
 """Floor plans on which the robot's room, routes and paths are tested."""
 
+import itertools
+import math
+
+import numpy as np
 from hypothesis import strategies as st
 from random_plans import plan_texts
 
+from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 
@@ -35,3 +40,16 @@ def journeys(draw, landings=True):
     plan = FloorPlan.parse(draw(plan_texts(6, 14)), "random")
     cells = st.sampled_from(plan.caregiver_cells if landings else plan.free_cells)
     return plan, draw(cells), draw(cells)
+
+
+def points_along(path: list[tuple[float, float]], apart: float = 0.01) -> np.ndarray:
+    """Points (n, 2) on a polyline, so far apart, metres."""
+    pieces = [np.linspace(a, b, int(math.dist(a, b) / apart) + 2) for a, b in itertools.pairwise(np.array(path, float))]
+    return np.concatenate(pieces)
+
+
+def distances_to_obstacles(plan: FloorPlan, points: np.ndarray) -> np.ndarray:
+    """Distance of each point (n, 2) to the nearest wall, piece of furniture or stairs, (n,)."""
+    rectangles = layout.Layout(plan).obstacles
+    outside = np.abs(points[:, None] - rectangles[:, :2]) - rectangles[:, 2:]
+    return np.hypot(*np.moveaxis(outside.clip(min=0), -1, 0)).min(axis=1)

@@ -216,8 +216,8 @@ ODD = {
         (lambda: design(Request(0, (12, 12), gates=40)), "no way was found to fit .*, gates 40, .* into 12 x 12 cells"),
         (lambda: design(Request(0, (9, 9), rooms=30)), "no way was found to fit rooms 30, .* into 9 x 9 cells"),
         (lambda: house_set(3), "no set of floor plans"),
-        (lambda: house_set("test"), "no set of floor plans 'test': .* there are train-N, test-N, .*such as test-100"),
-        (lambda: house_set("test-"), "no set of floor plans 'test-': .* there are train-N, test-N"),
+        (lambda: house_set("test"), "no set of floor plans 'test': there are train-N, test-N, .*such as test-100"),
+        (lambda: house_set("test-"), "no set of floor plans 'test-': there are train-N, test-N"),
         (lambda: house_set("test-0"), "a set has 1 to 1000 houses"),
         (lambda: house_set("train-1001"), "a set has 1 to 1000 houses"),
         (lambda: house_set("drawn-11"), "a set has 1 to 10 houses"),
@@ -230,7 +230,7 @@ ODD = {
     ],
     "caregiver": [
         (lambda: policy(3), "a caregiver must be a str or Caregiver"),
-        *((lambda x=x: find_caregiver(f"attentive:{x}"), "attentive") for x in ("often", "1.5", *UNFIT)),
+        *((lambda x=x: find_caregiver(f"attentive:{x}"), "attenti") for x in ("often", "1.5", *UNFIT)),
         (lambda: PaperCaregiver(TINY, expert_timesteps=-1), "timesteps of experts must be at least 0, got -1"),
         (lambda: verb_of("tickle"), "no verb 'tickle': there are block, close, relocate, pick up, .*, nothing"),
         (lambda: ask(max_calls=-1), "max_calls must be an integer of at least 0, got -1"),
@@ -277,7 +277,7 @@ ODD = {
     "run": [
         (lambda: settings(plans="paper"), "a house must be a FloorPlan"),
         (lambda: settings(plans=(TINY, TINY)), "houses must be at least 1, all different"),
-        (lambda: settings(plans=(TINY, CHEAP)), "damage must be the same in all houses, got 5:4:1 and 1:1:1"),
+        (lambda: settings(plans=(TINY, CHEAP)), "damage must be the same in all houses, got 1:1:1 and 5:4:1"),
         (lambda: settings(caregivers=()), "caregivers must be at least 1"),
         (lambda: settings(families=(0.5, 0.5)), "all different"),
         (lambda: settings(families=(ChildGroup((ChildSpec(0.5, "angel"),)),)), "no child 'angel'"),

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from random_plans import plan_texts
-from worlds import streams
+from worlds import ran, streams
 
 from caregiver_mj import CaregiverPolicy, FloorPlan, load
 from caregiver_mj.caregivers.registry import make_caregiver
@@ -18,12 +18,6 @@ from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.skills.close import closing
 
 HOUSE = FloorPlan.parse("##########\n#G......B#\n#........#\n#.....C.G#\n#...T.S..#\n##########", "gates")
-
-
-def ran(name, epsilon="1", plan=HOUSE, episodes=30):
-    world = GridWorld(plan, epsilon, None if name == "none" else make_caregiver(name, plan, 0))
-    world.run(streams(episodes))
-    return world
 
 
 def test_a_gate_is_got_at_from_one_side_only_worked_by_hand():
@@ -47,10 +41,10 @@ def test_openings_come_before_what_is_on_tables_and_the_open_ones_first():
 
 @pytest.mark.parametrize("name", ["nearest", "expected-danger", "childproof", "wanderer"])
 def test_caregivers_shut_them_for_good(name):
-    world = ran(name)
+    world, alone = ran(name, HOUSE, "1"), ran("none", HOUSE, "1")
     assert (world.state[:, 1:3] == State.SHUT).mean() > 0.9
     assert (world.state[:, [0, 3]] == State.AS_PLANNED).all()
-    assert world.ledger.totals()["damage_gate"].sum() < 0.2 * ran("none").ledger.totals()["damage_gate"].sum()
+    assert world.ledger.totals()["damage_gate"].sum() < 0.2 * alone.ledger.totals()["damage_gate"].sum()
 
 
 @pytest.mark.parametrize("robot", ["mobile_fr3", "mobile_ur5e"])

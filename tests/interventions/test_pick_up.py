@@ -1,13 +1,11 @@
 """What lies on the floor: a child takes it once, a caregiver picks it up, and what foresight makes of that."""
 
-import functools
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_plans import plans_with_things
-from worlds import streams
+from worlds import ran, streams
 
 from caregiver_mj.caregivers.foresight.value_table import Objective, ValueTable
 from caregiver_mj.caregivers.registry import make_caregiver
@@ -24,13 +22,6 @@ SMALL = (
 )
 
 
-@functools.cache
-def ran(name, plan=HOUSE, epsilon="0.75", episodes=30):
-    world = GridWorld(plan, epsilon, None if name == "none" else make_caregiver(name, plan, 0))
-    world.run(streams(episodes))
-    return world
-
-
 def gone(world):
     return world.plan.hazards.split(world.state)[2] == State.GONE
 
@@ -45,7 +36,7 @@ def test_its_cell_is_free_and_it_comes_last_among_hazards():
 
 @pytest.mark.parametrize("name", ["random", "wanderer", "nearest", "childproof", "expected-danger", "foresight"])
 def test_caregivers_pick_up_for_good(name):
-    world, alone = ran(name), ran("none")
+    world, alone = ran(name, HOUSE, "0.75"), ran("none", HOUSE, "0.75")
     assert gone(world).mean() > 0.9
     totals = world.ledger.totals()
     assert totals["damage_battery"].sum() < 0.5 * alone.ledger.totals()["damage_battery"].sum()

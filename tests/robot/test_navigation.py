@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from robot_plans import CORRIDOR, centre, journeys
+from robot_plans import CORRIDOR, centre, distances_to_obstacles, journeys, points_along
 from walks import distances
 
-from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.navigation import Navigator
@@ -20,24 +19,11 @@ BASE_RADIUS, CHILD_RADIUS = 0.27, 0.12  # metres
 CLEARANCE = 0.05  # metres from the base to all else on a path; the plan is for 0.07, on a raster of 0.025
 CHILD_CLEARANCE = 0.20 - 0.02
 TOUCHING = BASE_RADIUS + CHILD_RADIUS
-STEP = 0.01  # metres between the points that are checked
 
 #: The landing lies in the corner of the way from the bin to the table.
 BEND = FloorPlan.parse("######\n#B...#\n#..S.#\n#....#\n##.T##\n######", "bend")
 #: A bin beside the landing.
 BESIDE_STAIRS = FloorPlan.parse("########\n#......#\n#....BS#\n#.T....#\n########", "beside_stairs")
-
-
-def points_along(path: list[tuple[float, float]]) -> np.ndarray:
-    pieces = [np.linspace(a, b, int(math.dist(a, b) / STEP) + 2) for a, b in itertools.pairwise(np.array(path, float))]
-    return np.concatenate(pieces)
-
-
-def distances_to_obstacles(plan: FloorPlan, points: np.ndarray) -> np.ndarray:
-    """Distance of each point (n, 2) to the nearest wall, piece of furniture or stairs, (n,)."""
-    rectangles = layout.Layout(plan).obstacles
-    outside = np.abs(points[:, None] - rectangles[:, :2]) - rectangles[:, 2:]
-    return np.hypot(*np.moveaxis(outside.clip(min=0), -1, 0)).min(axis=1)
 
 
 def cells_of(plan: FloorPlan, points: np.ndarray) -> set[tuple[int, int]]:
