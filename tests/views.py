@@ -1,7 +1,5 @@
 """What a robot sees in tests that have no physics."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from caregiver_mj.robot import governor
@@ -18,13 +16,7 @@ def child(x: float, y: float, vx: float = 0.0, vy: float = 0.0) -> ChildView:
     return ChildView((x, y), (vx, vy))
 
 
-def view(
-    *children: ChildView,
-    base: tuple[float, float, float] = (0.0, 0.0, 0.0),
-    now: float = 0.0,
-    fingers: float = OPEN_FINGERS,
-    candles: Sequence[Sequence[float]] = (),
-) -> View:
+def view(*children: ChildView, base=(0.0, 0.0, 0.0), now=0.0, fingers=OPEN_FINGERS, candles=()) -> View:
     """A view of children, and of candles by the poses (x, y, z, quaternion) of their feet; the arm is tucked."""
     poses = np.array(candles, float).reshape(-1, 7)
     return View(now, base, fingers, arm_of(ROBOT).tucked, children, poses[:, :3], poses[:, 3:])

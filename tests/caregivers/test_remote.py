@@ -32,6 +32,9 @@ from caregiver_mj.tasks import load
 pytest.importorskip("openai")
 
 
+CELLS = ("child_cell", "previous_cell", "candle_cell")
+
+
 class Model:
     """Answers as the paper's rule does, by what it is told."""
 
@@ -54,25 +57,14 @@ class Model:
 
     @staticmethod
     def percept(plan, seen):
-        cell = plan.cell_index
+        def cell(place):
+            return -1 if place is None else plan.cell_index[tuple(place)]
 
-        def known(name, kind=None):
-            return np.array([seen[name]], kind) if name in seen else None
-
-        return Percept(
-            child_cell=np.array([[cell[tuple(one)] for one in seen["child_cell"]]]),
-            previous_cell=np.array([[cell[tuple(one)] for one in seen["previous_cell"]]]),
-            previous_action=known("previous_action"),
-            caregiver_cell=np.array([cell[tuple(seen["caregiver_cell"])]]),
-            candle_table=known("candle_table", int),
-            holding=known("holding"),
-            candle_cell=np.array([[-1 if one is None else cell[tuple(one)] for one in seen["candle_cell"]]], int)
-            if "candle_cell" in seen
-            else None,
-            out_of_reach=known("out_of_reach", bool),
-            shut=known("shut", bool),
-            gone=known("gone", bool),
-        )
+        known = {name: seen[name] for name in ("previous_action", "candle_table", "holding")}
+        known |= {name: [*map(cell, seen[name])] for name in CELLS if name in seen}
+        known["caregiver_cell"] = cell(seen["caregiver_cell"])
+        masks = {name: np.array([seen[name]], bool) for name in ("out_of_reach", "shut", "gone") if name in seen}
+        return Percept(**masks, **{name: np.array([value], int) for name, value in known.items()})
 
 
 GRID = ["evaluate", "--world", "grid", "--epsilon", "0.5", "--episodes", "1"]

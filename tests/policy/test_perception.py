@@ -68,9 +68,7 @@ def test_six_centimetres_show_the_move_and_where_it_ends(offset, action, cell):
     ],
 )
 @pytest.mark.parametrize(("offset", "way", "cell"), [((0.06, 0.0), (1, 0), (2, 5)), ((0.0, 0.06), (0, 1), (1, 4))])
-def test_a_base_in_the_way_stops_a_child_that_touches_it_before_it_has_left_its_cell(
-    ahead, aside, stops, offset, way, cell
-):
+def test_a_base_in_the_way_stops_a_child_that_touches_it_within_its_cell(ahead, aside, stops, offset, way, cell):
     perception = Perception(ROOM)
     x, y = centre(2, 4)
     base = x + ahead * way[0] - aside * way[1], y + ahead * way[1] + aside * way[0]

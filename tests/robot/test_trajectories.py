@@ -118,13 +118,7 @@ def trace(path: BasePath) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return tuple(np.array(values) for values in zip(*states, strict=True))
 
 
-def check_path(
-    position: np.ndarray,
-    velocity: np.ndarray,
-    acceleration: np.ndarray,
-    top_speed: float = BASE.velocity,
-    leeway: float = 1.0,
-) -> None:
+def check_path(position, velocity, acceleration, top_speed=BASE.velocity, leeway=1.0):
     assert np.hypot(*velocity.T).max() <= top_speed + ROUNDING
     assert np.hypot(*acceleration.T).max() <= leeway * BASE.acceleration + ROUNDING
     assert np.hypot(*np.diff(acceleration, axis=0).T).max() <= leeway * 2 * BASE.jerk * TIMESTEP + ROUNDING
