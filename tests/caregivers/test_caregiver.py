@@ -57,7 +57,6 @@ def test_the_greatest_expected_danger_wins_by_hand_in_either_reading():
     caregiver = PaperCaregiver(CORRIDOR)
     caregiver.reset(5)
     assert caregiver.choose(see(range(5))).tolist() == [STAIRWELL, STAIRWELL, CANDLE, CANDLE, CANDLE]
-    # The linear reading by hand.
     # The largest distance is 5: reach 1 - d/5.
     #   cell 0: 5 * 4/5 > 4 * 2/5   cell 1: 5 * 3/5 > 4 * 3/5   cell 2: 5 * 2/5 < 4 * 4/5   cell 3: 5 * 1/5 < 4 * 3/5
     caregiver = PaperCaregiver(CORRIDOR, reach="linear")

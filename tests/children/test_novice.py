@@ -67,7 +67,6 @@ def test_without_chance_it_needs_the_bump_distance_to_its_bin(text, seed):
 def test_bins_are_uniform_and_an_expert_makes_no_random_move():
     grid = (np.arange(600) + 0.5) / 600
     assert np.bincount(Novice(SQUARE, 0.5).next_bin(grid)).tolist() == [200] * 3
-    # An expert makes no random move whatever its epsilon.
     random = np.random.default_rng(0)
     expert = Expert(SQUARE, 1.0)
     assert expert.epsilon == 0.0

@@ -51,7 +51,6 @@ def test_resamples_and_large_ones_in_parts(size):
     assert first.shape == (40, size)
     assert np.abs(first.sum(axis=1) - 1).max() < 1e-9
     assert np.array_equal(first, next(shares(size, 40)))
-    # Large samples come in parts.
     parts = [len(part) for part in shares(4000)]
     assert len(parts) > 1
     assert sum(parts) == resamples(4000)

@@ -61,7 +61,6 @@ def test_the_worst_contact_of_a_timestep_counts_once(touches, harm):
 def test_a_table_hurts_as_what_stands_on_it_and_as_the_plan_says():
     assert timestep(child_in((1, 3)), touch("table", 1), candles=(0,)).harm[:4].tolist() == [0, 0, 1, 0]
     assert timestep(child_in((1, 3)), touch("table", 1), candles=(1,)).harm[:4].tolist() == [0, 4, 0, 0]
-    # Damage is that of the plan.
     plan = FloorPlan.parse("\n".join(ROOM.rows), damage=DamageWeights(1.0, 2.0, 7.0))
     child = child_in((1, 3), plan=plan)
     stairs, candle, table = (touch(kind, 0) for kind in ("stairwell", "candle", "table"))
@@ -74,7 +73,6 @@ def test_a_move_takes_it_to_the_next_cell_and_a_bump_leaves_it_where_it_was():
     booking = timestep(child)
     assert (booking.begun, booking.ended) == (ROOM.cell_index[1, 3], ROOM.cell_index[2, 3])
     assert child.position == pytest.approx(ROOM.position((2, 3)))
-    # A bump leaves it where it was.
     child = child_in((2, 3), SOUTH)  # into the table with the candle
     booking = timestep(child)
     assert booking.begun == booking.ended == child.cell == ROOM.cell_index[2, 3]

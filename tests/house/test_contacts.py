@@ -38,7 +38,6 @@ def test_contacts_at_a_time_are_one_whose_forces_add_up_and_what_is_no_robot_is_
     assert tally.contact_seconds == pytest.approx(2 * STEP)
     assert (tally.contact_force, tally.contact_force_legs, tally.contact_force_trunk) == (50.0, 30.0, 20.0)
     assert (tally.contact_force_head, tally.contact_impulse) == (0.0, pytest.approx(60.0 * STEP))
-    # Nothing is counted of what is no robot.
     assert counted(touch(0.0, 1.0, 50.0, kind="wall"), touch(0.0, 1.0, 50.0, kind="table")) == Contacts()
 
 

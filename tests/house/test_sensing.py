@@ -66,7 +66,6 @@ def test_a_lasting_error_lasts_as_long_as_a_sighting_and_a_hand_that_opens_looks
     assert (np.abs(first - lifted) > 1e-6).any(axis=1).tolist() == [True, False]
     assert (np.abs(lifted - down) > 1e-6).any(axis=1).tolist() == [True, False]
     assert 0.0 < np.abs(first).max() < 0.05
-    # A hand that opens again looks again.
     _, closed, opened = candle_errors([candles(), candles(fingers=0.012), candles()], bias=0.01)
     assert (np.abs(closed - opened) > 1e-6).all()
 

@@ -68,7 +68,6 @@ def test_a_house_has_what_was_asked_for_and_is_furnished_as_houses_are(request):
         block = {(r, c) for r in range(row - 3, row + 4) for c in range(column - 3, column + 4)} & free
         assert set(sides) <= set(distances(block, sides[0]))
     check_rooms(plan, shell)
-    # It is made again from its name.
     assert plan.name == request.name
     assert Request.from_name(plan.name) == request
     again = FloorPlan.load(plan.name, cell_size=0.9)

@@ -60,7 +60,6 @@ def test_a_standing_candle_is_where_it_is_seen_on_average_and_one_that_has_been_
     assert np.linalg.norm(late - place, axis=1).max() < 0.008
     assert np.linalg.norm(late - place, axis=1).mean() < 0.004
     assert (np.diff(late, axis=0) != 0).any(axis=1).sum() < 20  # goals stay where they are
-    # A candle that has been moved is soon elsewhere.
     random, estimates = np.random.default_rng(0), CandleEstimates(Blur(noise=0.01), ROBOT, CANDLES)
     for step in range(100):
         place = np.array([1.0, 0.0 if step < 80 else 0.1, 0.6])

@@ -87,7 +87,6 @@ def test_a_move_into_a_table_ends_where_it_began_and_who_stands_still_has_made_n
     seen = perception.percept(perception.look(observe((x - 0.06, y)), 0.3), NOTHING, FREE)
     assert seen.child_cell.tolist() == seen.previous_cell.tolist() == [[ROOM.cell_index[(2, 3)]]]
     assert seen.previous_action.tolist() == [[WEST]]
-    # A child that stands still has made no move by half time.
     perception = Perception(ROOM)
     here = centre(2, 4)
     perception.reset(observe(here))

@@ -128,7 +128,6 @@ def test_other_events_are_booked_by_whoever_sees_them_and_totals_are_the_outcome
     names = ("interventions", "interventions_done", "candles_dropped")
     assert [two.outcome(0)[name] for name in names] == [0, 0, 4]
     assert [two.outcome(1)[name] for name in names] == [3, 2, 4]
-    # Totals are the outcomes.
     two = ledger([0, 1], [2, 3])
     book(two, [[0, 1], [2, 3]], [[1, 1], [2, 2]], [[STAIRS, NONE], [TABLE, CANDLE]])
     for name, values in two.totals().items():

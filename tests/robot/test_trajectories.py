@@ -58,7 +58,6 @@ def test_it_rests_where_it_starts_and_ends_and_keeps_a_velocity_up():
     motion.move_to(-0.3, 5.0)
     assert motion.at(5.0) == pytest.approx((0.4, 0.0, 0.0))
     assert motion.at(motion.arrival + 0.5) == (-0.3, 0.0, 0.0)
-    # It keeps a velocity up.
     motion = ScalarMotion(LIMITS, 0.0)
     motion.run_at(-1.0, 0.0)
     position, velocity, acceleration = motion.at(4.0)
