@@ -13,18 +13,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 
 #: Four rooms round a cross of walls, with a doorway each; the two stairwells lie beside the shortest ways.
 HOUSE = FloorPlan.parse(
-    """
-    #########
-    #B..#...#
-    #.......#
-    #...#..S#
-    ##.###.##
-    #...#...#
-    #.......#
-    #S..#.CT#
-    #########
-    """.replace(" ", ""),
-    "four_rooms",
+    "#########\n#B..#...#\n#.......#\n#...#..S#\n##.###.##\n#...#...#\n#.......#\n#S..#.CT#\n#########", "four_rooms"
 )
 #: A corridor: whoever stands in it leaves no way.
 CORRIDOR = FloorPlan.parse("########\n#B....T#\n####.###\n####S###\n########", "corridor")

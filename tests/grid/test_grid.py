@@ -21,11 +21,7 @@ from caregiver_mj.plans.hazards import NOTHING, State
 
 STEPS = ((-1, 0), (0, 1), (1, 0), (0, -1))
 EPSILONS = (1.0, 0.75, 0.5, 0.25, 0.05)
-
-
-@pytest.fixture(scope="module")
-def paper():
-    return FloorPlan.load("paper")
+PAPER = FloorPlan.load("paper")
 
 
 # Unassisted novices in the house `paper`: an independent simulation of 4,000 episodes a row.
@@ -42,8 +38,8 @@ ROUNDING = 0.05  # the published figures have one decimal
 
 
 @pytest.mark.parametrize("epsilon", EPSILONS)
-def test_unassisted_novices_come_to_the_published_figures(paper, epsilon):
-    totals = run_episodes(paper, epsilon, None, range(500)).totals()
+def test_unassisted_novices_come_to_the_published_figures(epsilon):
+    totals = run_episodes(PAPER, epsilon, None, range(500)).totals()
     names = ("damage", "timesteps_to_threshold", "cells_visited", "toys_reached")
     for name, published in zip(names, ALONE[epsilon], strict=True):
         figure = totals[name]
@@ -56,9 +52,9 @@ ASSISTED = {1.0: (0.32, 105), 0.5: (0.29, 170), 0.05: (0.38, 198)}
 
 
 @pytest.mark.parametrize("epsilon", ASSISTED)
-def test_the_caregiver_prevents_most_of_the_damage_and_leaves_the_toys(paper, epsilon):
-    alone = run_episodes(paper, epsilon, None, range(400)).totals()
-    assisted = run_episodes(paper, epsilon, make_caregiver("paper", paper), range(400)).totals()
+def test_the_caregiver_prevents_most_of_the_damage_and_leaves_the_toys(epsilon):
+    alone = run_episodes(PAPER, epsilon, None, range(400)).totals()
+    assisted = run_episodes(PAPER, epsilon, make_caregiver("paper", PAPER), range(400)).totals()
     left, timesteps = ASSISTED[epsilon]
     assert assisted["damage"].mean() <= left * alone["damage"].mean()
     assert assisted["timesteps_to_threshold"].mean() >= timesteps
@@ -351,8 +347,8 @@ def test_without_a_caregiver_it_is_the_plain_world_step_by_step(text, epsilon, s
 
 
 @pytest.mark.parametrize("epsilon", [1.0, 0.25])
-def test_in_the_paper_house_it_is_the_plain_world_for_whole_episodes(paper, epsilon):
-    compare_with_the_plain_world("\n".join(paper.rows), epsilon, True, range(2), EPISODE_TIMESTEPS)
+def test_in_the_paper_house_it_is_the_plain_world_for_whole_episodes(epsilon):
+    compare_with_the_plain_world("\n".join(PAPER.rows), epsilon, True, range(2), EPISODE_TIMESTEPS)
 
 
 @settings(max_examples=12, deadline=None)

@@ -13,6 +13,8 @@ from caregiver_mj.plans import layout
 #                        west          east
 PLAN = FloorPlan.parse("#######\n#B....#\n#..C..#\n#.....#\n#.S..T#\n#######", "small")
 
+# With all that can stand, or lie, in a house.
+EVERYTHING = FloorPlan.parse("########\n#B....G#\n#..M.o.#\n#.C....#\n#.S..TB#\n########", "home")
 ROOMY = (1, 4)  # a cell with nothing beside it to the south and west
 
 
@@ -50,13 +52,8 @@ def test_without_visuals_the_house_is_smaller_and_everything_moves_exactly_as_wi
     np.testing.assert_array_equal(bare.data.qvel, seen.data.qvel)
 
 
-@pytest.fixture(scope="module")
-def everything():
-    return FloorPlan.parse("########\n#B....G#\n#..M.o.#\n#.C....#\n#.S..TB#\n########", "home")
-
-
-def test_everything_falls_asleep_at_the_speeds_at_which_it_does_without_visuals(everything):
-    seen, bare = (Physics.from_plan(everything, False, visuals=visuals) for visuals in (True, False))  # robots never do
+def test_everything_falls_asleep_at_the_speeds_at_which_it_does_without_visuals():
+    seen, bare = (Physics.from_plan(EVERYTHING, False, visuals=visuals) for visuals in (True, False))  # robots never do
     np.testing.assert_array_equal(bare.model.dof_length, seen.model.dof_length)  # times a turn's speed
     for thing, metres in (("candle_0", 0.175), ("mug_0", 0.131)):
         turning = seen.model.joint(f"{thing}/joint").dofadr[0] + np.arange(3, 6)
@@ -64,8 +61,8 @@ def test_everything_falls_asleep_at_the_speeds_at_which_it_does_without_visuals(
 
 
 @pytest.mark.parametrize("robot", ["mobile_fr3", "mobile_ur5e"])
-def test_bodies_that_move_and_can_collide_have_only_geoms_that_can(robot, everything):
-    model = Physics.from_plan(everything, robot).model
+def test_bodies_that_move_and_can_collide_have_only_geoms_that_can(robot):
+    model = Physics.from_plan(EVERYTHING, robot).model
     can = (model.geom_contype | model.geom_conaffinity) > 0
     moves = model.body_weldid[model.geom_bodyid] > 0
     colliding = np.isin(model.geom_bodyid, model.geom_bodyid[can & moves])
