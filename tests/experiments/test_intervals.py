@@ -9,13 +9,6 @@ from caregiver_mj.experiments.intervals import of_mean, of_ratio, quantiles, res
 INF = np.inf
 
 
-@pytest.fixture
-def pairs():
-    random = np.random.default_rng(1)
-    theirs = random.poisson(6.0, 20).astype(float)
-    return random.binomial(theirs.astype(int), 0.3).astype(float) + random.poisson(0.5, 20), theirs
-
-
 @pytest.mark.parametrize(
     ("t", "ends"),
     [
@@ -87,8 +80,10 @@ def test_ratio_against_all_resamples():
     assert (low, high) == pytest.approx((inside.min(), inside.max()), rel=0.05)
 
 
-def test_other_units(pairs):
-    ours, theirs = pairs
+def test_other_units():
+    random = np.random.default_rng(1)
+    theirs = random.poisson(6.0, 20).astype(float)
+    ours = random.binomial(theirs.astype(int), 0.3).astype(float) + random.poisson(0.5, 20)
     assert of_ratio(8 * ours, theirs) == pytest.approx([8 * end for end in of_ratio(ours, theirs)])
     assert of_ratio(ours, 8 * theirs) == pytest.approx([end / 8 for end in of_ratio(ours, theirs)])
     assert of_mean(3 * ours + 7) == pytest.approx([3 * end + 7 for end in of_mean(ours)])

@@ -14,21 +14,6 @@ ROOM = FloorPlan.parse("#########\n#B......#\n#..C....#\n#....T..#\n#.......#\n#
 TOUCHING = 0.27 + 0.12  # metres between the middles of base and child
 
 
-@pytest.fixture
-def told(monkeypatch):
-    """What `restrain` is told: whether there is a candle in the hand, and of which base. It is at every step here."""
-    calls = []
-    restrain = separation.restrain
-
-    def listen(view, robot, clearance, seconds, is_loaded, velocity, before):
-        calls.append((is_loaded, view.base, seconds))
-        return restrain(view, robot, clearance, seconds, is_loaded, velocity, before)
-
-    monkeypatch.setattr(separation, "is_alone", lambda view, robot, apart=0.0: False)
-    monkeypatch.setattr(separation, "restrain", listen)
-    return calls
-
-
 @pytest.mark.parametrize("robot", ["mobile_fr3", "mobile_ur5e"])
 @pytest.mark.parametrize("gap", np.arange(0.05, 2.5, 0.4))
 def test_what_is_left_out_where_children_are_far_away_changes_no_action(monkeypatch, robot, gap):
@@ -69,7 +54,15 @@ def test_nor_does_it_turn_back_any_faster_and_with_its_creep_along_a_child_that_
     assert gap > GENTLE_GAP or surface.max() + slide_speed(gap) < STRIKE_SPEED
 
 
-def test_the_restraint_knows_when_there_is_a_candle_in_the_hand(told):
+def test_the_restraint_knows_when_there_is_a_candle_in_the_hand(monkeypatch):
+    told, restrain = [], separation.restrain
+
+    def listen(view, robot, clearance, seconds, is_loaded, velocity, before):
+        told.append((is_loaded, view.base, seconds))
+        return restrain(view, robot, clearance, seconds, is_loaded, velocity, before)
+
+    monkeypatch.setattr(separation, "is_alone", lambda view, robot, apart=0.0: False)  # it is told at every step
+    monkeypatch.setattr(separation, "restrain", listen)
     env = load("relocate_candle", ROOM, 0.0, random=0)
     policy, timestep = CaregiverPolicy(env), env.reset()
     gripping = []

@@ -31,18 +31,12 @@ class Seeing:
         return self.action
 
 
-@pytest.fixture
-def pictures():
-    """What is to be seen at the start of episode 0 of seed 0, an array a camera."""
+@pytest.mark.slow
+def test_a_policy_sees_the_same_in_evaluate_record_and_render(tmp_path):
     seen.clear()
     evaluate(Settings(TINY, "house", (f"{HERE}:Seeing",), (1.0,), 1))
-    ((*there,),) = seen
+    ((*pictures,),) = seen  # at the start of episode 0 of seed 0, an array a camera
     seen.clear()
-    return there
-
-
-@pytest.mark.slow
-def test_a_policy_sees_the_same_in_evaluate_record_and_render(pictures, tmp_path):
     for picture in pictures:
         assert picture.std() > 10  # the sky alone has less
     spec = EpisodeSpec(TINY, 1.0, f"{HERE}:Seeing")

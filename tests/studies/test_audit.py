@@ -39,10 +39,6 @@ def commands(column, values):
     return changed
 
 
-def ratios(log):
-    return {check.name: check.ratio for check in check_limits(log, ROBOT)}
-
-
 def near(m=STEPS * 4, **cells):
     """Arrays (m, 2) of a robot that rests and is far away, but for given {(step, part): value}."""
     arrays = {"distance": np.full((m, 2), np.inf), "speed": np.zeros((m, 2)), "approach": np.zeros((m, 2))}
@@ -140,18 +136,11 @@ def test_separation_speed_and_contact_of_the_part_that_moves():
     assert (result.fast_seconds, near_child(still()).separation) == (0.0, np.inf)
 
 
-@pytest.fixture(scope="module")
-def episode():
-    """Eighty seconds in which the robot picks and places, beside a child."""
+def test_the_robot_keeps_every_limit_in_eighty_seconds_of_picking_and_placing_beside_a_child():
     env = load("supervise", "paper", epsilon=0.5, random=1)
     policy = CaregiverPolicy(env)
-    log = EpisodeLog.record(env, policy, 4000)
+    worked = {check.name: check.ratio for check in check_limits(EpisodeLog.record(env, policy, 4000), ROBOT)}
     assert policy.executive.done > 0
-    return log
-
-
-def test_the_robot_was_at_work_and_kept_every_limit(episode):
-    worked = ratios(episode)
     assert max(worked.values()) <= 1.0
     assert worked["arm velocity, commanded"] > 0.5
     assert worked["base speed, measured"] > 0.8

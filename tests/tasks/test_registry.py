@@ -8,22 +8,11 @@ import pytest
 import caregiver_mj.tasks
 from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.interventions.verb import BLOCK, Intervention
-from caregiver_mj.plans.hazards import CANDLE, STAIRWELL, Where
+from caregiver_mj.plans.hazards import STAIRWELL, Where
 from caregiver_mj.tasks import TaskSpec, register
 from caregiver_mj.tasks.base import OBSERVED, CareTask, Observed
 
 PLAN = FloorPlan.parse("######\n#...B#\n#.C.T#\n######", "no_stairs")
-
-
-class StayCalm(CareTask):
-    """Move as little as possible, near a candle."""
-
-    needs = CANDLE
-    needs_robot = True
-    time_limit = 0.5  # seconds
-
-    def get_reward(self, physics):
-        return float(np.exp(-np.abs(physics.base_velocity()).max()))
 
 
 class GuardStairs(CareTask):
@@ -51,11 +40,6 @@ class GuardStairs(CareTask):
 
 class Unfinished(CareTask):
     """It has no reward."""
-
-
-@pytest.fixture
-def stay_calm(monkeypatch):
-    monkeypatch.setitem(caregiver_mj.tasks.TASKS, "stay_calm", TaskSpec("stay_calm", StayCalm))
 
 
 @pytest.fixture
@@ -87,13 +71,12 @@ def test_a_fourth_task_has_a_gymnasium_environment_and_a_scripted_policy(guard_s
     assert policy.intervention.verb == BLOCK
 
 
-@pytest.mark.usefixtures("stay_calm")
 def test_what_it_needs_is_seen_to():
     bare = FloorPlan.parse("#####\n#B.S#\n#..T#\n#####", "bare")
-    with pytest.raises(CaregiverError, match=r"stay_calm needs a candle \(C\), and floor plan 'bare' has none"):
-        caregiver_mj.tasks.load("stay_calm", bare)
-    with pytest.raises(CaregiverError, match="stay_calm needs the robot"):
-        caregiver_mj.tasks.load("stay_calm", PLAN, task_kwargs={"robot": False})
+    with pytest.raises(CaregiverError, match=r"relocate_candle needs a candle \(C\), and floor plan 'bare' has none"):
+        caregiver_mj.tasks.load("relocate_candle", bare)
+    with pytest.raises(CaregiverError, match="relocate_candle needs the robot"):
+        caregiver_mj.tasks.load("relocate_candle", PLAN, task_kwargs={"robot": False})
 
 
 @pytest.mark.parametrize(
