@@ -18,14 +18,6 @@ from caregiver_mj.experiments.workers import WorkerError
 NOWHERE = "tcp://127.0.0.1:9"  # where nothing listens
 
 
-def start_cluster(workers=2, **options):
-    # A dead worker comes back; a job that kills two of them is given up.
-    with dask.config.set({"distributed.scheduler.allowed-failures": 1}):
-        options = {"threads_per_worker": 1, "dashboard_address": "127.0.0.1:0", "protocol": "tcp://"} | options
-        options["scheduler_kwargs"] = {"host": "127.0.0.1"}
-        return distributed.LocalCluster(n_workers=workers, **options)
-
-
 @pytest.fixture(scope="module", autouse=True)
 def environment():
     """As it was: a nanny sets variables for its worker in here, too, such as how many threads linear algebra takes."""
@@ -35,13 +27,12 @@ def environment():
 
 @pytest.fixture(scope="module")
 def cluster():
-    with start_cluster() as cluster:
+    options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": "127.0.0.1:0", "protocol": "tcp://"}
+    # A dead worker comes back; a job that kills two of them is given up.
+    with dask.config.set({"distributed.scheduler.allowed-failures": 1}):
+        cluster = distributed.LocalCluster(**options, scheduler_kwargs={"host": "127.0.0.1"})
+    with cluster:
         yield cluster
-
-
-def has_jobs(cluster, nanny):
-    worker = cluster.scheduler.workers.get(nanny.worker_address)
-    return worker is not None and len(worker.processing) > 0
 
 
 @pytest.mark.slow
@@ -51,7 +42,8 @@ def test_a_killed_worker_changes_nothing(cluster):
     killed = []
 
     def kill_one(episodes):
-        busy = [nanny for nanny in cluster.workers.values() if has_jobs(cluster, nanny)]
+        at_work = {address for address, worker in cluster.scheduler.workers.items() if worker.processing}
+        busy = [nanny for nanny in cluster.workers.values() if nanny.worker_address in at_work]
         if busy and not killed:
             killed.append(busy[0].pid)
             os.kill(busy[0].pid, signal.SIGKILL)

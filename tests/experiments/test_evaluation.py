@@ -7,6 +7,7 @@ import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 from comparing import rows, same
+from walks import neighbours
 
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.run_folder import RunFolder
@@ -103,7 +104,7 @@ def test_maps_agree_with_the_rows(settings, result):
     keys = ["world", "house", "caregiver", "family", "epsilon", "row", "column"]
     assert list(maps.columns) == [*keys, "visits", "damage"]
     (plan,) = settings.plans
-    harmless = [all(plan[n] in ".#B" for n in around(cell)) for cell in plan.free_cells]
+    harmless = [all(plan[n] in ".#B" for n in neighbours(cell)) for cell in plan.free_cells]
     damage = result.episodes.groupby(["caregiver", "family"]).damage.sum()
     children = {str(family): len(family) for family in settings.families}
     for key, cells in maps.groupby(["caregiver", "family"]):
@@ -111,10 +112,6 @@ def test_maps_agree_with_the_rows(settings, result):
         assert cells.visits.sum() == 200 * settings.episodes * children[key[1]]
         assert cells.damage.sum() == damage[key] > 0
         assert (cells.damage[harmless] == 0).all()
-
-
-def around(cell):
-    return [(cell[0] + down, cell[1] + right) for down, right in ((-1, 0), (0, 1), (1, 0), (0, -1))]
 
 
 @pytest.mark.parametrize("settings", ["grid"], indirect=True)

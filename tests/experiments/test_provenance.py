@@ -26,13 +26,10 @@ FUTURE = "from __future__ import annotations\n"
 NEW_COLUMN = f'    _count("sighs", "int", "", "sighs", "how often somebody sighed"),\n{LAST}'
 
 
-def python(folder, *said):
-    options = {"cwd": folder, "env": os.environ | {"PYTHONPATH": str(folder)}}
-    return subprocess.run([sys.executable, *said], **options, capture_output=True, text=True, check=False)
-
-
 def run(folder, *more):
-    return python(folder, "-m", "caregiver_mj", "evaluate", *RUN, *more)
+    command = [sys.executable, "-m", "caregiver_mj", "evaluate", *RUN, *more]
+    there = {"cwd": folder, "env": os.environ | {"PYTHONPATH": str(folder)}}
+    return subprocess.run(command, **there, capture_output=True, text=True, check=False)
 
 
 def edit(folder, file, old, new):

@@ -298,10 +298,8 @@ def batched_state(world, i):
     )
 
 
-@functools.lru_cache(maxsize=1)
-def plain_world(text, assisted):
-    """One for all episodes in a house: what it finds out about the house takes longest."""
-    return PlainWorld(text, assisted)
+# One for all episodes in a house: what it finds out about the house takes longest.
+plain_world = functools.lru_cache(maxsize=1)(PlainWorld)
 
 
 def compare_with_the_plain_world(text, epsilon, assisted, seeds, timesteps):
@@ -400,7 +398,7 @@ def moving(world, action, timesteps=1):
     world.reset([[RandomStream(np.zeros(3), np.tile([0.0, (action + 0.5) / 4, 0.0], (timesteps, 1)))]])
 
 
-NORTH, EAST, SOUTH, WEST = range(4)
+NORTH = 0
 
 
 class Waits(Fixed):

@@ -117,11 +117,6 @@ def test_a_finger_that_is_pushed_in_hardly_pushes_back_and_grips_as_hard_as_ever
         physics.set_robot(np.zeros(3))
 
 
-def felt(physics) -> set[tuple[int, str, int]]:
-    physics.step(1)
-    return {(touch.child, touch.kind, touch.index) for touch in physics.touches}
-
-
 # A place at which a child touches nothing else: the thing's cell, and metres east and north of its middle.
 TOUCHING = {
     ("bin", 0): ((1, 1), 0.3, 0.0),
@@ -137,7 +132,8 @@ def test_each_child_feels_what_it_touches_and_the_others_do_not(thing):
     cell, east, north = TOUCHING[thing]
     x, y = np.add(PLAN.position(cell), (east, north))
     physics.set_toddler(walk_at(x, y), child)
-    assert felt(physics) == {(child, *thing)}
+    physics.step(1)
+    assert {(touch.child, touch.kind, touch.index) for touch in physics.touches} == {(child, *thing)}
     towards = -np.array([east, north]) / math.hypot(east, north)
     for touch in physics.touches:  # a contact may have several points
         np.testing.assert_allclose(touch.direction, towards, atol=1e-6)

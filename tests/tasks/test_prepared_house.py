@@ -36,15 +36,11 @@ def started(plan, caregiver="childproof", epsilon=0.5):
     return env, policy, env.reset()
 
 
-def in_grid(plan, caregiver):
-    world = GridWorld(plan, 0.5, make_caregiver(caregiver, plan))
-    world.reset([episode_streams(0, 1)])
-    return world.candle_table[0].tolist()
-
-
 @pytest.mark.parametrize("plan", [PAPER, PASSAGE], ids=["paper", "passage"])
 def test_candles_stand_where_the_caregiver_has_put_them_as_in_the_grid(plan):
-    wanted = in_grid(plan, "childproof")
+    world = GridWorld(plan, 0.5, make_caregiver("childproof", plan))
+    world.reset([episode_streams(0, 1)])
+    wanted = world.candle_table[0].tolist()
     assert wanted != list(plan.candle_tables)
     env, policy, step = started(plan)
     seen = Perception(plan)

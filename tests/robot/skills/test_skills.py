@@ -145,16 +145,6 @@ def test_nothing_but_contact_moves_the_candle(relocation):
     assert np.linalg.norm(np.diff(velocity, axis=0), axis=1).max() < 0.25
 
 
-def drive_at_stairs(env: control.Environment) -> None:
-    """Puts the toddler beside the stairwell, and has it want nothing but to go there."""
-    task, plan = env.task, env.task.plan
-    landing = plan.stairwells[getattr(task, "goal_stairwell", 0)]
-    cell = plan.free_neighbours(landing)[0]
-    (child,) = task.children
-    child.behaviour.move = ACTIONS.index((landing[0] - cell[0], landing[1] - cell[1]))
-    child.put(cell)
-
-
 @pytest.mark.parametrize(("house", "seed"), [("paper", 1), (SMALL, 2)], ids=["paper", "small"])
 def test_robot_in_a_stairwell_keeps_the_toddler_out(house, seed, monkeypatch):
     plan = house if isinstance(house, FloorPlan) else FloorPlan.load(house)
@@ -166,11 +156,14 @@ def test_robot_in_a_stairwell_keeps_the_toddler_out(house, seed, monkeypatch):
     step, steps = env.step(policy(step)), 1
     while not step.last() and (not policy.executive.done or steps % move):
         step, steps = env.step(policy(step)), steps + 1
-    landing = env.task.plan.stairwells[env.task.goal_stairwell]
-    centre, half = env.task.plan.position(landing), env.task.plan.cell_size / 2
+    landing = plan.stairwells[env.task.goal_stairwell]
+    centre, half = plan.position(landing), plan.cell_size / 2
     assert policy.executive.done == 1
 
-    drive_at_stairs(env)
+    # The toddler stands beside the stairwell, and wants nothing but to go there.
+    (child,), cell = env.task.children, plan.free_neighbours(landing)[0]
+    child.behaviour.move = ACTIONS.index((landing[0] - cell[0], landing[1] - cell[1]))
+    child.put(cell)
     before = env.physics.base_position()
     damage = env.task.outcome()["damage"]
     kinds, rewards, poses = set(), [], []
