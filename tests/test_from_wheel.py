@@ -18,9 +18,7 @@ BLOCK = re.compile(r"^```python\n(.*?)^```", re.M | re.S)
 FILE = re.compile(r"# (\w+\.py)\n")  # in the first line of a block: the file that it is of
 TINY = "######\n#B.S.#\n#....#\n#C..T#\n######\n"
 GRID = ["--world", "grid", "--house", "tiny.txt", "--epsilon", "1", "--episodes", "3"]
-
 INTERPRETER = os.environ.get("CAREGIVER_PYTHON")
-
 pytestmark = pytest.mark.skipif(not INTERPRETER, reason="scripts/from_wheel.py does these")
 
 

@@ -144,7 +144,6 @@ def step_vector(actions, seed=0):
 
 
 ONE = [RandomStream.draw_group(np.random.RandomState(0), 1, timesteps=2)]
-
 PAPER = caregiver_mj.FloorPlan.load("paper")
 GATES = caregiver_mj.FloorPlan.parse("#######\n#B...G#\n#.....#\n#######", "gates")
 HEIGHTS = (0.3, (0.7, 0.5), (), "low", (0.5, None))

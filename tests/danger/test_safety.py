@@ -20,7 +20,6 @@ from hypothesis.extra import numpy as hnp
 from caregiver_mj.danger import safety
 
 NORTH, EAST, SOUTH, WEST = range(4)
-
 EXPERTS = [[(0, EAST), (1, EAST), (2, EAST)], [(1, EAST), (2, EAST)], [(2, EAST)]]
 # With hyperprior 1, east is counted 1 + 1, 2 + 1 and 3 + 1 times in cells 0, 1 and 2; all else once.
 ALPHA = np.array([[1, 2, 1, 1], [1, 3, 1, 1], [1, 4, 1, 1]], float)

@@ -17,7 +17,6 @@ from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import Settings
 
 TINY = FloorPlan.parse("######\n#B.S.#\n#....#\n#C..T#\n######", "tiny")
-
 RUN = Settings(TINY, "grid", ("none", "nearest"), (1.0, 0.5), 5)
 
 

@@ -15,8 +15,6 @@ from caregiver_mj.experiments.spec import episode_seed
 from caregiver_mj.plans.hazards import DamageWeights
 
 PAPER = FloorPlan.load("paper")
-
-
 DEAR = FloorPlan.load("paper", cell_size=0.9, damage=DamageWeights(7.5, 1 / 3, 0.0))
 SEVERAL = Settings(DEAR, "grid", ("none", "guard"), (0.1, "1,adversary:.25"), 7, seed=9, embodiment="mobile_ur5e")
 

@@ -20,8 +20,6 @@ from caregiver_mj.plans.hazards import DamageWeights
 TEXT = "########\n#B..S..#\n#......#\n#.C..T.#\n#...B..#\n########"
 PLAN = FloorPlan.parse(TEXT, "tiny")
 ASKS = EpisodeSpec(PLAN, 0.5, "http://127.0.0.1:9")
-
-
 share = st.floats(0.0, 1.0)
 number = st.none() | st.integers(-9, 9) | st.floats(allow_nan=False, allow_infinity=False) | st.booleans() | st.text()
 queries = st.builds(

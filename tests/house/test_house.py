@@ -10,9 +10,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 
 SMALL = FloorPlan.parse("#####\n#B.S#\n#..C#\n#T..#\n#####", "small")
 WIDE_CELLS = FloorPlan.parse("#######\n#B...C#\n#.....#\n#..S.T#\n#.....#\n#######", "wide_cells", cell_size=1.0)
-
 PLANS = [FloorPlan.load("paper"), SMALL, WIDE_CELLS]
-
 TODDLER_RADIUS = 0.12  # metres
 
 

@@ -13,7 +13,6 @@ from caregiver_mj.plans.hazards import BATTERY, CANDLE, NOTHING, STAIRWELL, Dama
 
 #: Two stairwells and three candles: hazards 0 and 1, and 2 to 4.
 FIVE = Hazards((STAIRWELL,) * 2 + (CANDLE,) * 3)
-
 COUNTS = st.integers(0, 6)
 PLACES = Where.OPENING, Where.ON_TABLE, Where.FLOOR
 HAZARDS = st.builds(

@@ -15,7 +15,6 @@ import pytest
 from caregiver_mj.plans.hazards import KINDS
 
 pytestmark = pytest.mark.slow
-
 ROOT = pathlib.Path(__file__).parents[2]
 RECORD = """
 VASE = HazardKind(

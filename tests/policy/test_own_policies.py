@@ -17,7 +17,6 @@ from caregiver_mj.policy.own import OwnPolicy, make_policy
 
 gymnasium.register_envs(caregiver_mj)
 TINY = FloorPlan.parse("######\n#B.S.#\n#....#\n#C..T#\n######", "tiny")
-
 HERE = __name__
 seen = []  # what policies of this file were shown
 

@@ -17,7 +17,6 @@ from caregiver_mj.robot.status import Status
 
 TOUCHING = 0.27 + 0.12  # metres between the middles of base and child
 GIVES_UP = 10.0  # seconds
-
 OPEN = FloorPlan.parse("########\n#......#\n#S.....#\n#......#\n#B.....#\n########", "open")
 # Two rooms with a toy bin each, and between them a corridor as wide as one cell, or a doorway.
 CORRIDOR = FloorPlan.parse("############\n#..######..#\n#.........B#\n#B.######..#\n############", "corridor")

@@ -12,7 +12,6 @@ import pytest
 from caregiver_mj import cli
 
 GRID = ["record", "--format", "minari", "--task", "targets", "--world", "grid", "--caregiver", "random-actions"]
-
 HOUSE = ["record", "--seconds", "0.2", "--episodes", "2", "--epsilon", "1"]
 
 
@@ -101,8 +100,6 @@ class Slow:
 def slow(env):
     return Slow(env)
 """
-
-
 STOP = """class Slow:
     begun = 0
 

@@ -20,7 +20,6 @@ from caregiver_mj.robot.reach import reach_path
 from caregiver_mj.robot.robot_model import read_spec
 
 NAMES = tuple(EMBODIMENTS)
-
 RIGHT_ANGLE = np.pi / 2
 
 

@@ -38,7 +38,6 @@ DH = [
 ]
 MOUNT = (-0.06, 0.0, 0.27)  # metres, of the arm on the base
 FLANGE, PINCH, HAND_TURN = 0.107, 0.1134, -np.pi / 4
-
 HEIGHTS = [0.62, 0.80]  # metres, of grasps on and above a table
 
 

@@ -27,7 +27,6 @@ REMAINS = 0.08  # metres
 TIMESTEP = 0.02  # seconds
 WIDE = FloorPlan.parse("\n".join(["#" * 30, "#S{0}#", *["#.{0}#"] * 24, "#B{0}#", "#" * 30]).format("." * 27), "wide")
 OPEN = FloorPlan.parse("########\n#......#\n#S.....#\n#......#\n#B.....#\n########", "open")
-
 speeds = st.floats(-0.7, 0.7)
 children = st.builds(
     lambda distance, angle, *velocity: child(distance * math.cos(angle), distance * math.sin(angle), *velocity),

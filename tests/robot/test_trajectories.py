@@ -16,7 +16,6 @@ BASE, MAX_BASE_SPEED = find_embodiment().limits.base, find_embodiment().limits.b
 LIMITS = Limits(velocity=1.5, acceleration=3.0, jerk=30.0)
 TIMESTEP = 0.002  # seconds between samples
 ROUNDING = 1e-6
-
 times = st.floats(0.0, 1.5)
 positions = st.floats(-2.0, 2.0)
 velocities = st.floats(-1.5, 1.5)

@@ -21,7 +21,6 @@ from caregiver_mj.recording.record import COLUMNS
 
 PLAN = FloorPlan.parse("########\n#B....C#\n#....T.#\n#.S....#\n#....TB#\n########", "small")
 NO_CANDLE = FloorPlan.parse("#####\n#B.S#\n#..T#\n#####", "no_candle")
-
 TIME_LIMIT = 1.0  # seconds
 every_task = pytest.mark.parametrize("task", caregiver_mj.ALL_TASKS)
 

@@ -9,7 +9,6 @@ from caregiver_mj import CaregiverPolicy, FloorPlan, load
 from caregiver_mj.plans.cell_graph import ACTIONS
 
 SMALL = FloorPlan.parse("#######\n#B....#\n#..C..#\n#.....#\n#.S..T#\n#######", "small")
-
 TABLE_TOP = 0.60  # metres
 MAX_BASE_SPEED = 5.0 / 3.6  # m/s
 BASE_RADIUS = 0.27  # metres
