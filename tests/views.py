@@ -22,6 +22,12 @@ def view(*children: ChildView, base=(0.0, 0.0, 0.0), now=0.0, fingers=OPEN_FINGE
     return View(now, base, fingers, arm_of(ROBOT).tucked, children, poses[:, :3], poses[:, 3:])
 
 
+def at_rest(base=(0.0, 0.0, 0.0), robot=ROBOT, delay=0.0) -> RobotMotion:
+    motion = RobotMotion(robot, TIMESTEP, delay)
+    motion.reset(base)
+    return motion
+
+
 def follow(seen: View, robot: RobotMotion) -> None:
     """Let a base do in a control timestep exactly what its skill has just told it, as far as the governor lets it."""
     governor.bound_base(seen, robot)

@@ -5,13 +5,12 @@ import math
 import numpy as np
 import pytest
 from robot_plans import centre
-from views import ROBOT, TIMESTEP, child, follow, view
+from views import ROBOT, TIMESTEP, at_rest, child, follow, view
 
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import governor
 from caregiver_mj.robot.driver import Driver
-from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.skills.skill import Rest
 from caregiver_mj.robot.status import Status
@@ -33,8 +32,7 @@ class Drive:
 
     def __init__(self, plan: FloorPlan, start: Cell, goal: Cell, *children: ChildView, yaw: float | None = None):
         self._plan, self._goal, self._yaw = plan, goal, yaw
-        self.driver, self.robot = Driver(Navigator(plan, ROBOT)), RobotMotion(ROBOT, TIMESTEP)
-        self.robot.reset((*centre(plan, start), 0.0))
+        self.driver, self.robot = Driver(Navigator(plan, ROBOT)), at_rest((*centre(plan, start), 0.0))
         self.children = list(children)
 
     @property

@@ -4,6 +4,7 @@ import contextlib
 
 import numpy as np
 import pytest
+from views import at_rest
 
 from caregiver_mj.robot.base_path import BasePath
 from caregiver_mj.robot.embodiments import find_embodiment
@@ -15,14 +16,12 @@ ROBOT = find_embodiment()
 
 @pytest.fixture
 def robot() -> RobotMotion:
-    motion = RobotMotion(ROBOT, 0.02)
-    motion.reset((0.0, 0.0, 0.0))
+    motion = at_rest()
     return motion
 
 
 def motion_along(*points: tuple[float, float]) -> RobotMotion:
-    robot = RobotMotion(ROBOT, 0.02)
-    robot.reset((0.0, 0.0, 0.0))
+    robot = at_rest()
     robot.drive_along([(0.0, 0.0), *points], lambda _: True)
     robot.set_rate(1.0)
     return robot
@@ -250,8 +249,7 @@ def test_a_hand_on_its_way_slows_down_to_a_creep_and_goes_on_when_it_need_not(ro
 
 
 def test_heading_turns_the_shorter_way():
-    robot = RobotMotion(ROBOT, 0.02)
-    robot.reset((0.0, 0.0, 3.0))
+    robot = at_rest((0.0, 0.0, 3.0))
     robot.turn_to(-3.0)
     for _ in range(100):
         robot.action((0.0, 0.0, robot.yaw))
@@ -263,8 +261,7 @@ def test_heading_turns_the_shorter_way():
 @pytest.mark.parametrize("delay", [0.06, 0.5])
 def test_feedback_by_what_is_seen_late_does_not_swing(delay):
     """A base that is off its place, and told of it so late, comes back there without going far beyond."""
-    robot, steps = RobotMotion(ROBOT, 0.02, delay), round(delay / 0.02)
-    robot.reset((0.0, 0.0, 0.0))
+    robot, steps = at_rest(delay=delay), round(delay / 0.02)
     poses = [np.array([0.0, 0.05, 0.1])] * (steps + 1)
     for _ in range(round((2.0 + 10 * delay) / 0.02)):
         poses.append(poses[-1] + 0.02 * robot.action(poses[-1 - steps])[:3])
@@ -276,8 +273,7 @@ def test_feedback_by_what_is_seen_late_does_not_swing(delay):
 @pytest.mark.parametrize("name", ["mobile_fr3", "mobile_ur5e"])
 def test_a_turn_is_commanded_within_its_limits_whatever_its_bound_and_the_heading_that_is_seen(name):
     """The bound comes and goes with a child at the edge of where it counts, and the heading is seen with noise."""
-    robot = RobotMotion(find_embodiment(name), 0.02)
-    robot.reset((0.0, 0.0, 0.0))
+    robot = at_rest(robot=find_embodiment(name))
     robot.turn_to(3.0)
     told = [0.0, 0.0]
     for i in range(60):

@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
-from views import child, view
+from views import at_rest, child, view
 
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import governor, separation
 from caregiver_mj.robot.clearance import Clearance
 from caregiver_mj.robot.embodiments import find_embodiment
-from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.scalar_motion import ScalarMotion
 from caregiver_mj.robot.separation import allowed_rate
 
@@ -198,8 +197,7 @@ ways = st.lists(st.tuples(st.floats(0.4, 3.0), st.floats(-2.0, 2.0)), min_size=1
 @example(way=[(2.6473, 0.2132), (0.5495, -0.0056), (1.1411, 0.8797)], when=0.4386)  # the worst of 1,200 near a corner
 def test_a_base_brakes_on_any_path_as_its_limits_say(way, when):
     """From any motion on a path with corners: within what `RobotLimits.braking` says, and the base's acceleration."""
-    points, robot = polyline(way), RobotMotion(ROBOT, TIMESTEP)
-    robot.reset((0.0, 0.0, 0.0))
+    points, robot = polyline(way), at_rest()
     robot.drive_along(points, lambda _: True)
     brakes_at = when * robot.time_left
     while robot.now < brakes_at:
@@ -236,8 +234,7 @@ def polyline(way):
     way=[(2.628, 0.878), (1.575, 0.675), (0.894, 0.852), (1.637, 0.729)], when=0.4912, aside=(-0.188, -0.032)
 )  # on its path alone it still had 0.2 m/s
 def test_a_base_is_at_rest_before_a_child_that_comes_whatever_its_path(way, when, aside):
-    points, robot, clearance = polyline(way), RobotMotion(ROBOT, TIMESTEP), Clearance(WIDE, ROBOT)
-    robot.reset((0.0, 0.0, 0.0))
+    points, robot, clearance = polyline(way), at_rest(), Clearance(WIDE, ROBOT)
     robot.drive_along(points, lambda _: True)
     sets_off = when * robot.time_left
     base, toddler, walks, told = np.zeros(2), np.add(points[-1], aside), np.zeros(2), np.zeros(2)

@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 from robot_plans import centre
 from scripted_child import STAY, Scripted
-from views import child
+from views import at_rest, child
 
 from caregiver_mj import FloorPlan, load
 from caregiver_mj.house.scene import build_house
 from caregiver_mj.robot import geometry, governor
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.kinematics import hand_position
-from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
 from caregiver_mj.robot.retrieval import RetrievalPlanner
@@ -38,8 +37,7 @@ class Stage:
         self._env, self.physics, self.navigator = env, env.physics, Navigator(ROOM, ROBOT)
         env.task.children[0].put((4, 7))
         self.physics.set_robot(np.array([*ROOM.position((3, 2)), 0.0]), self.physics.arm_position())
-        self._robot = RobotMotion(ROBOT, TIMESTEP)
-        self._robot.reset(self.physics.base_position().tolist())
+        self._robot = at_rest(self.physics.base_position().tolist())
         self.others: list[ChildView] = []
 
     @property
