@@ -41,8 +41,7 @@ def test_without_a_name_it_acts_by_the_rule():
 
 def test_in_the_house_it_ends_what_it_is_about_when_it_does_not_look():
     env = load("supervise", house=SMALL, epsilon=1.0, random=0, visuals=False)
-    policy = CaregiverPolicy(env, make_caregiver("attentive:1:stairs", SMALL))
-    step = env.reset()
+    policy, step = CaregiverPolicy(env, make_caregiver("attentive:1:stairs", SMALL)), env.reset()
     step = env.step(policy(step))
     while not policy.robot.moving:
         step = env.step(policy(step))

@@ -170,8 +170,7 @@ def test_it_acts_in_the_house_as_the_rule_does(server):
     outcomes = []
     for caregiver in ("expected-danger", f"{server.address}/judge"):
         env = load("supervise", "paper", 0.5, random=4, task_kwargs={"time_limit": 40.0})
-        policy = CaregiverPolicy(env, make_caregiver(caregiver, env.task.plan))
-        timestep = env.reset()
+        policy, timestep = CaregiverPolicy(env, make_caregiver(caregiver, env.task.plan)), env.reset()
         while not timestep.last():
             timestep = env.step(policy(timestep))
         outcomes.append((env.task.outcome(), env.physics.data.qpos.tolist()))

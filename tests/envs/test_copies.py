@@ -64,8 +64,7 @@ EVERY = 40  # control timesteps between pickles: in a turn, under way, at rest, 
 @pytest.mark.slow
 def test_a_pickled_environment_goes_on():
     env = load("supervise", "paper", 0.5, 3)
-    policy = CaregiverPolicy(env, "foresight")
-    step = env.reset()
+    policy, step = CaregiverPolicy(env, "foresight"), env.reset()
     for number in range(5 * EVERY):
         if number % EVERY == 0:
             other_env = pickle.loads(pickle.dumps(env))

@@ -204,8 +204,7 @@ def picking(robot, friction=None, cell=(1, 5), sensing=None, room=ROOM):
         name = model.geom(geom).name
         if friction is not None and ("battery" in name or name.endswith("_pad")):
             model.geom_friction[geom] = friction
-    policy = CaregiverPolicy(env, "childproof")
-    step = env.reset()
+    policy, step = CaregiverPolicy(env, "childproof"), env.reset()
     child = env.task.children[0]
     child.behaviour.act = lambda sight, draws: np.array([NOTHING])
     child.put((1, 5))

@@ -54,8 +54,7 @@ def test_actions_that_are_too_far_apart_to_control_the_robot_are_refused():
 
 def test_a_decision_assesses_once_where_nothing_is_hidden():
     env = load("supervise", random=0, visuals=False)
-    policy = CaregiverPolicy(env)
-    timestep = env.reset()
+    policy, timestep = CaregiverPolicy(env), env.reset()
     with (
         mock.patch.object(PaperCaregiver, "assess", autospec=True, side_effect=PaperCaregiver.assess) as assess,
         mock.patch.object(PaperCaregiver, "decide", autospec=True, side_effect=PaperCaregiver.decide) as decide,

@@ -210,8 +210,7 @@ def test_candle_in_the_hand_is_put_on_a_nearer_table_if_that_saves_the_child():
     """The candle is on its way west, as far from the child as can be, when that heads for the stairs."""
     caregiver = Fetching(GALLERY)
     env = load("supervise", GALLERY, Scripted(GALLERY), random=0)
-    policy = CaregiverPolicy(env, caregiver)
-    timestep = env.reset()
+    policy, timestep = CaregiverPolicy(env, caregiver), env.reset()
     task, plan = env.task, GALLERY
 
     def put_child(cell: tuple[int, int], way: tuple[int, int]) -> None:

@@ -174,8 +174,7 @@ class ToAndFro(Scripted):
 def test_every_skill_ends_whatever_a_child_does(child, candle):
     """What is done goes on for as long as it is wanted: a robot that stands in a stairwell, or aside."""
     env = load("supervise", HALL, child, random=1, visuals=False)
-    policy = CaregiverPolicy(env)
-    step = env.reset()
+    policy, step = CaregiverPolicy(env), env.reset()
     if candle != "stands":
         joint, (x, y) = env.physics.model.ptr.joint("candle_0/joint").qposadr[0], HALL.position((2, 7))
         turn, height = (np.pi / 4, 0.022) if candle == "lies" else (np.pi / 2, 0.16)

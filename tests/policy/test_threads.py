@@ -16,8 +16,7 @@ def run(job):
     """Where everything is after some seconds in which candles are taken, some of them knocked over."""
     robot, seed = job
     env = load("supervise", HOUSE, 0.5, seed, task_kwargs={"embodiment": robot}, visuals=False)
-    policy = CaregiverPolicy(env)
-    step = env.reset()
+    policy, step = CaregiverPolicy(env), env.reset()
     if seed % 2:
         env.physics.set_candle(0, [*HOUSE.position((2, 4)), 0.3], 1.0)
     for _ in range(300):

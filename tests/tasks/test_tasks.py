@@ -220,8 +220,7 @@ def test_what_nobody_holds_any_more_is_gone_at_once(task, caregiver):
     gc.disable()
     try:
         env = load(task)
-        policy = caregiver_mj.CaregiverPolicy(env, caregiver)
-        step = env.reset()
+        policy, step = caregiver_mj.CaregiverPolicy(env, caregiver), env.reset()
         for _ in range(200):
             step = env.step(policy(step))
         held = [weakref.ref(one) for one in (env.physics, env.task, policy)]

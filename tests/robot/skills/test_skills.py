@@ -148,8 +148,7 @@ def test_nothing_but_contact_moves_the_candle(relocation):
 def test_robot_in_a_stairwell_keeps_the_toddler_out(house, seed, monkeypatch):
     plan = house if isinstance(house, FloorPlan) else FloorPlan.load(house)
     env = load("block_stairs", plan, Scripted(plan, None), random=seed)
-    policy = CaregiverPolicy(env)
-    step = env.reset()
+    policy, step = CaregiverPolicy(env), env.reset()
     recorder = Recorder(env, None, monkeypatch)
     move = 84  # control steps of a novice timestep
     step, steps = env.step(policy(step)), 1
@@ -189,8 +188,7 @@ def test_robot_in_a_stairwell_keeps_the_toddler_out(house, seed, monkeypatch):
 def test_supervised_episode_has_no_strike_and_no_dropped_candle():
     house, seed = "house-25-12x10-candles3", 1
     env = load("supervise", house, epsilon=1.0, random=seed)
-    policy = CaregiverPolicy(env)
-    step = env.reset()
+    policy, step = CaregiverPolicy(env), env.reset()
     fastest = 0.0
     while not step.last():
         step = env.step(policy(step))
@@ -213,8 +211,7 @@ def test_supervised_episode_has_no_strike_and_no_dropped_candle():
 def test_a_candle_that_is_carried_for_long_does_not_slip_out():
     """For 73 s, with many turns, in each of which it slips."""
     env = load("supervise", "house-200004", epsilon=0.25, random=3964924996, visuals=False)
-    policy = CaregiverPolicy(env)
-    step = env.reset()
+    policy, step = CaregiverPolicy(env), env.reset()
     while not step.last():
         step = env.step(policy(step))
     assert env.task.outcome()["candles_dropped"] == 0
