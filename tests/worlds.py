@@ -23,6 +23,12 @@ def percept(plan, child, caregiver=0, candle_table=None, **more):
     return Percept(**{name: np.array(value) for name, value in (seen | more).items()})
 
 
+def begun(world, seeds, timesteps=EPISODE_TIMESTEPS, children=1):
+    """A grid at the start of episodes of some seeds, or of so many."""
+    world.reset(streams(seeds, timesteps, children))
+    return world
+
+
 @functools.cache
 def ran(name, plan, family, episodes=30):
     """The grid after some episodes with a caregiver, given by name."""

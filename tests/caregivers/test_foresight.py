@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from worlds import percept, streams
+from worlds import begun, percept
 
 from caregiver_mj.caregivers.caregiver import PrivilegedCaregiver, Truth
 from caregiver_mj.caregivers.foresight.foresight import (
@@ -211,8 +211,7 @@ class TestValueTable:
         plan, episodes = FloorPlan.load("train-100/36"), 200
         objective = Objective(price=1.0, random_price=1.0)
         caregiver = KnowsGoalCaregiver(plan, objective=objective)
-        world = GridWorld(plan, 0.5, caregiver)
-        world.reset(streams(episodes))
+        world = begun(GridWorld(plan, 0.5, caregiver), episodes)
         world.step()
         free = np.flatnonzero((world.candle_table >= 0).all(axis=1))
         expected = caregiver.expected_damage(world.percept(), free)
@@ -242,8 +241,7 @@ class TestForesight:
     def test_carries_the_candle_to_where_the_child_is_not(self):
         caregiver = ForesightCaregiver(TABLES)
         assert caregiver.options(percept(TABLES, 1, 9), np.array([0])).table.tolist() == [[1]]
-        world = GridWorld(TABLES, 1.0, caregiver)
-        world.reset(streams(20))
+        world = begun(GridWorld(TABLES, 1.0, caregiver), 20)
         for _ in range(40):
             world.step()
         assert (world.ledger.totals()["interventions_done"] > 0).mean() > 0.5
@@ -358,8 +356,7 @@ class TestPrivilegedCaregivers:
         plan = FloorPlan.load("paper")
         caregiver = Listener(plan)
         children = side_by_side(plan, [ChildGroup.of(0.25), ChildGroup.of(1.0)], 2)
-        world = GridWorld(plan, children, caregiver)
-        world.reset(streams(4))
+        world = begun(GridWorld(plan, children, caregiver), 4)
         world.step()
         assert caregiver.truth.epsilon[:, 0].tolist() == [0.25, 0.25, 1.0, 1.0]
         assert caregiver.truth.goal.tolist() == world.goal.tolist()

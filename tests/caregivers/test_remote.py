@@ -147,6 +147,13 @@ def server(monkeypatch):
         thread.join()
 
 
+def after_a_move(caregiver):
+    world = GridWorld(caregiver.plan, 0.5, caregiver)
+    world.reset([episode_streams(1, 1)])
+    world.move_children()
+    return world
+
+
 def rows(caregiver, house, families, folder=""):
     queries = Queries(folder=str(folder))
     found = evaluate(Settings(FloorPlan.load(house), "grid", [caregiver], families, 1, queries=queries)).episodes
@@ -318,9 +325,7 @@ def test_slow_thinking_in_real_time_comes_late(monkeypatch, thinking, first):
     monkeypatch.setattr(remote.HttpCaregiver, "send", slow)
     plan = FloorPlan.load("paper")
     caregiver = make_caregiver("http://127.0.0.1:9", plan, 0, Queries(thinking=thinking))
-    world = GridWorld(plan, 0.5, caregiver)
-    world.reset([episode_streams(1, 1)])
-    world.move_children()
+    world = after_a_move(caregiver)
     targets = []
     for left in (1.0, 2 / 3, 1 / 3):
         world.time_left = np.array([left])
@@ -347,10 +352,7 @@ def test_whatever_else_comes_is_an_abstention(server, tmp_path, monkeypatch, fau
 def asked_once(address, tmp_path, patience=0.5, **queries):
     queries = Queries(patience=patience, folder=str(tmp_path / "exchanges"), **queries)
     caregiver = make_caregiver(address, FloorPlan.load("paper"), 0, queries)
-    world = GridWorld(FloorPlan.load("paper"), 0.5, caregiver)
-    world.reset([episode_streams(1, 1)])
-    world.move_children()
-    caregiver.choose(world.percept())
+    caregiver.choose(after_a_move(caregiver).percept())
     lines = [line for file in (tmp_path / "exchanges").glob("*.jsonl") for line in file.open()]
     return json.loads(lines[-1])
 
@@ -501,10 +503,7 @@ def test_changed_answers_are_read_or_abstentions(server, tmp_path, monkeypatch, 
     plan, queries = FloorPlan.load("paper"), Queries(f"{server.address}/fault", folder=str(tmp_path))
     caregiver = make_caregiver(f"{server.address}/fault" if name == "http" else "chat:m", plan, 0, queries)
     for _ in range(40):
-        world = GridWorld(plan, 0.5, caregiver)
-        world.reset([episode_streams(1, 1)])
-        world.move_children()
-        target = caregiver.choose(world.percept())[0]
+        target = caregiver.choose(after_a_move(caregiver).percept())[0]
         assert -1 <= target < len(plan.hazards)
     lines = [json.loads(line) for file in tmp_path.glob("*.jsonl") for line in file.open()]
     assert len(lines) == 40

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from worlds import streams
+from worlds import begun
 
 from caregiver_mj import FloorPlan
 from caregiver_mj.caregivers.baselines import NearestCaregiver
@@ -38,8 +38,7 @@ ROOM = FloorPlan.parse("##########\n#B......T#\n#........#\n#........#\n#.C.....
 @pytest.mark.parametrize("child", ["seeker:0", "0", "1"])
 def test_who_follows_is_found_out_and_led_away(maker, child):
     caregiver = maker(ROOM)
-    world = GridWorld(ROOM, child, caregiver)
-    world.reset(streams(10))
+    world = begun(GridWorld(ROOM, child, caregiver), 10)
     for _ in range(60):
         world.step()
     follows = child == "seeker:0"

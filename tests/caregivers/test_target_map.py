@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from worlds import streams
+from worlds import begun
 
 from caregiver_mj import FloorPlan
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
@@ -119,8 +119,7 @@ def test_a_larger_graph_has_nodes_that_are_not_there():
 
 def test_of_a_child_that_is_not_seen_it_has_what_is_believed():
     caregiver = CommandedCaregiver(FloorPlan.load("paper"))
-    world = GridWorld(caregiver.plan, "1", caregiver, sight="walls")
-    world.reset(streams(20))
+    world = begun(GridWorld(caregiver.plan, "1", caregiver, sight="walls"), 20)
     world.step()
     encoder = Encoder(caregiver, 1, "map")
     child = encoder.look(world.percept())[0]["map"][:, encoder.map.planes.index("child_1")].reshape(20, -1)

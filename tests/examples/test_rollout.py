@@ -6,19 +6,15 @@ import numpy as np
 import pytest
 import rollout_caregiver
 from rollout_caregiver import RolloutCaregiver, to_expect
+from worlds import begun
 
 from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.danger.child_model import child_chain
-from caregiver_mj.experiments.spec import episode_streams
 from caregiver_mj.grid.world import GridWorld
 
 HOUSE = "#########\n#S..#..B#\n#...#..C#\n#.......#\n#B..#..T#\n#########\n"
 PLAN = FloorPlan.parse(HOUSE)
-
-
-def streams(episodes):
-    return [episode_streams(episode, 1) for episode in range(episodes)]
 
 
 @pytest.mark.parametrize("sight", ["walls", "all"])
@@ -26,8 +22,7 @@ def test_a_simulated_child_goes_where_it_must_unless_the_caregiver_is_in_its_way
     monkeypatch.setattr(rollout_caregiver, "SCENARIOS", 20)
     monkeypatch.setattr(rollout_caregiver, "AHEAD", 1)
     caregiver = RolloutCaregiver(PLAN)
-    world = GridWorld(PLAN, 0.05, caregiver, sight=sight)
-    world.reset(streams(1))
+    world = begun(GridWorld(PLAN, 0.05, caregiver, sight=sight), 1)
     # From below the doorway's left side there is one way to the bin at the right: through the doorway, to the east.
     cell, doorway = PLAN.cell_index[3, 3], PLAN.cell_index[3, 4]
     goal = PLAN.bins.index((1, 7))
@@ -49,8 +44,7 @@ def test_a_simulated_child_goes_where_it_must_unless_the_caregiver_is_in_its_way
 
 
 def test_what_is_to_be_expected_is_what_comes():
-    world = GridWorld(PLAN, 0.75, make_caregiver("expected-danger", PLAN))
-    world.reset(streams(400))
+    world = begun(GridWorld(PLAN, 0.75, make_caregiver("expected-danger", PLAN)), 400)
     expected = np.zeros(400)
     for _ in range(25):
         expected += to_expect(world)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_plans import plan_texts, plans_with_things
-from worlds import streams
+from worlds import begun, streams
 
 from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.caregivers import CAREGIVERS, Caregiver, make_caregiver
@@ -358,8 +358,7 @@ def test_in_the_paper_house_it_is_the_plain_world_for_whole_episodes(epsilon):
 )
 def test_nothing_impossible_happens(text, child, epsilon, name):
     plan = FloorPlan.parse(text)
-    world = GridWorld(plan, f"{child}:{epsilon}", make_caregiver(name, plan))
-    world.reset(streams(range(6)))
+    world = begun(GridWorld(plan, f"{child}:{epsilon}", make_caregiver(name, plan)), range(6))
     between = plan.graph.distances_from(range(len(plan.caregiver_cells)))
     worlds = np.arange(6)
     for _ in range(60):
@@ -457,8 +456,7 @@ def test_children_are_never_in_one_cell_nor_in_the_caregivers(text, family, name
     children = family.count(",") + 1
     if len(plan.free_cells) <= children:
         return
-    world = GridWorld(plan, family, make_caregiver(name, plan))
-    world.reset(streams(range(6), children=children))
+    world = begun(GridWorld(plan, family, make_caregiver(name, plan)), range(6), children=children)
     for _ in range(40):
         world.step()
         cells = np.concatenate([world.child_cell, world.caregiver_cell[:, None]], axis=1)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from random_plans import plan_texts
-from worlds import ran, streams
+from worlds import begun, ran
 
 from caregiver_mj import CaregiverPolicy, FloorPlan, load
 from caregiver_mj.caregivers.registry import make_caregiver
@@ -139,8 +139,7 @@ def test_in_any_plan_nobody_gets_behind_a_gate_and_none_falls_where_it_is_shut(p
     assert not set(plan.mouths) & set(plan.caregiver_cells)
     into = plan.graph.bumps[:, :, None] == np.arange(len(plan.landings), len(plan.stairwells))
     assert into.any(axis=1).sum(axis=0).tolist() == [1] * len(plan.mouths)  # from one cell each
-    world = GridWorld(plan, "1", make_caregiver(name, plan, 0))
-    world.reset(streams(4, 60))
+    world = begun(GridWorld(plan, "1", make_caregiver(name, plan, 0)), 4, 60)
     for _ in range(60):
         shut = world.state[:, len(plan.landings) : len(plan.stairwells)] == State.SHUT
         before = world.ledger.totals()["damage_gate"].copy()
