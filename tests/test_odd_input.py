@@ -189,6 +189,7 @@ ODD = {
         *((lambda x=x: Novice(TINY, x), r"epsilon must be in \[0, 1\], got") for x in (-0.01, 1.01, np.nan, np.inf)),
         (lambda: ChildGroup.parse(""), "children must be the epsilon of each, such as 0.5 or .* adversary:0.5, got ''"),
         (lambda: ChildGroup.parse("0.5;1"), "got '0.5;1'"),
+        (lambda: ChildGroup.parse("1.5"), r"epsilon must be in \[0, 1\], got 1.5"),
         (lambda: ChildGroup.parse("mine:Child:0.5"), "'mine:Child' cannot be loaded: ModuleNotFoundError"),
         (lambda: ChildGroup.parse("json:loads:0.5"), r"child 'json:loads' \(yours\) must be a subclass of"),
         (lambda: ChildGroup.parse("angel:0.5"), "no child 'angel': there are novice, .* and yours as module:object"),
