@@ -1,4 +1,4 @@
-"""What a robot sees in tests that have no physics."""
+"""What a robot sees and does in tests that have no physics."""
 
 import numpy as np
 

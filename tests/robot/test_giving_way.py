@@ -2,13 +2,11 @@
 
 import numpy as np
 import pytest
-from views import at_rest
+from views import ROBOT, at_rest
 
-from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.feedback import GivingWay
 from caregiver_mj.robot.motion import RobotMotion
 
-ROBOT = find_embodiment()
 ARM = ROBOT.layout.arm
 HERE = (0.0, 0.0, 0.0)
 SETTLED = 0.12  # seconds after which it has come to rest

@@ -4,14 +4,12 @@ import contextlib
 
 import numpy as np
 import pytest
-from views import at_rest
+from views import ROBOT, at_rest
 
 from caregiver_mj.robot.base_path import BasePath
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.scalar_motion import PathError
-
-ROBOT = find_embodiment()
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from views import child, view
+from views import ROBOT, TIMESTEP, child, view
 
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import separation
@@ -15,9 +15,7 @@ from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.feedback import FollowedVelocity
 from caregiver_mj.robot.separation import restrain
 
-ROBOT = find_embodiment()
 TOUCHING = 0.27 + 0.12  # metres between the middles of base and child
-TIMESTEP = 0.02  # seconds
 #: The origin is the middle of the house.
 OPEN = FloorPlan.parse("#######\n#S....#\n#.....#\n#.....#\n#....B#\n#######", "open")
 CLEARANCE = Clearance(OPEN, ROBOT)

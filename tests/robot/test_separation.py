@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
-from views import at_rest, child, view
+from views import ROBOT, TIMESTEP, at_rest, child, view
 
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import governor, separation
@@ -17,13 +17,11 @@ from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.scalar_motion import ScalarMotion
 from caregiver_mj.robot.separation import allowed_rate
 
-ROBOT = find_embodiment()
 STRIKE_SPEED = 0.05  # m/s
 TOUCHING = 0.27 + 0.12  # metres between the middles of base and child
 CHILD_SPEED = 0.62  # m/s, at which it may come
 REACTION = 0.04  # seconds
 REMAINS = 0.08  # metres
-TIMESTEP = 0.02  # seconds
 WIDE = FloorPlan.parse("\n".join(["#" * 30, "#S{0}#", *["#.{0}#"] * 24, "#B{0}#", "#" * 30]).format("." * 27), "wide")
 OPEN = FloorPlan.parse("########\n#......#\n#S.....#\n#......#\n#B.....#\n########", "open")
 speeds = st.floats(-0.7, 0.7)

@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 from robot_plans import centre
 from scripted_child import STAY, Scripted
-from views import at_rest, child
+from views import ROBOT, TIMESTEP, at_rest, child
 
 from caregiver_mj import FloorPlan, load
 from caregiver_mj.house.scene import build_house
 from caregiver_mj.robot import geometry, governor
-from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.kinematics import hand_position
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
@@ -20,11 +19,9 @@ from caregiver_mj.robot.skills import Block, Pick, Place, Retrieve, Skill
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import ChildView, View
 
-ROBOT = find_embodiment()
 ROOM = FloorPlan.parse("##########\n#B.......#\n#..C.....#\n#.....T..#\n#S......B#\n##########", "room")
 CANDLE, ITS_TABLE, BARE_TABLE = 0, 0, 1
 TABLE_TOP, CANDLE_RADIUS, CANDLE_HEIGHT = 0.60, 0.022, 0.16  # metres
-TIMESTEP = 0.02  # seconds
 GIVES_UP = 10.0  # seconds
 
 
