@@ -5,8 +5,6 @@ plan must also hold for those that are neither: things in doorways and in lanes 
 objects heaped up, landings in the only short way.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import strategies as st
 
@@ -15,12 +13,7 @@ SMALLEST, LARGEST = 5, 20  # rows or columns
 
 
 def plan_texts(smallest: int = SMALLEST, largest: int = LARGEST) -> st.SearchStrategy[str]:
-    """A hypothesis strategy of random plans; it shrinks towards small ones.
-
-    Args:
-        smallest: Rows or columns that a plan has at least, border included.
-        largest: Rows or columns that it has at most.
-    """
+    """Random plans of so many rows and columns, border included; they shrink towards small ones."""
     size = st.integers(smallest, largest)
     return st.builds(_random_plan, st.integers(0, 2**32 - 1), size, size)
 

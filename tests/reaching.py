@@ -1,7 +1,5 @@
 """Ways of the arm to what lies about."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from caregiver_mj.robot.kinematics import Arm

@@ -1,7 +1,5 @@
 """A child that does what a test says."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from caregiver_mj.children.behaviour import ChildPercept
@@ -13,17 +11,12 @@ NORTH, EAST, SOUTH, WEST, STAY = 0, 1, 2, 3, NOTHING
 
 
 class Scripted(Novice):
-    """Makes the same move over and over: north, say, or STAY. With None it is the novice of its epsilon.
-
-    Attributes:
-        move: What it does; a test may change it at any time.
-        seen: All that it was shown, one `ChildPercept` a timestep.
-    """
+    """Makes the same move over and over, which a test may change: north, say, or STAY. With None it is the novice."""
 
     def __init__(self, plan: FloorPlan, move: int | None = STAY, epsilon: float = 0.0):
         super().__init__(plan, epsilon)
         self.move = move
-        self.seen: list[ChildPercept] = []
+        self.seen: list[ChildPercept] = []  # all that it was shown
 
     def act(self, sight: ChildPercept, draws: np.ndarray) -> np.ndarray:
         self.seen.append(sight)

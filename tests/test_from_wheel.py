@@ -18,15 +18,12 @@ BLOCK = re.compile(r"^```python\n(.*?)^```", re.M | re.S)
 FILE = re.compile(r"# (\w+\.py)\n")  # in the first line of a block: the file that it is of
 TINY = "######\n#B.S.#\n#....#\n#C..T#\n######\n"
 GRID = ["--world", "grid", "--house", "tiny.txt", "--epsilon", "1", "--episodes", "3"]
-
 INTERPRETER = os.environ.get("CAREGIVER_PYTHON")
-
 pytestmark = pytest.mark.skipif(not INTERPRETER, reason="scripts/from_wheel.py does these")
 
 
 @pytest.fixture
 def python():
-    """The interpreter of an environment with the wheel."""
     return pathlib.Path(INTERPRETER)
 
 
@@ -52,7 +49,6 @@ def done(command, **variables):
 
 @pytest.fixture
 def ours(python):
-    """Runs `caregiver-mj`."""
     return lambda *words: done([python.parent / "caregiver-mj", *words])
 
 

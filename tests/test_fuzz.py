@@ -108,7 +108,6 @@ def lines(draw):  # noqa: C901 a branch for each option
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    """A finished run, an empty folder, a file and a house."""
     folder = tmp_path_factory.mktemp("fuzz")
     (folder / "EMPTY").mkdir()
     (folder / "FILE").write_text("text")

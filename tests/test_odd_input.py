@@ -1,5 +1,7 @@
 """What nobody would give to the public constructors on purpose: a line that says what is wrong, and no other error."""
 
+import dataclasses
+
 import gymnasium
 import numpy as np
 import pytest
@@ -7,20 +9,27 @@ import pytest
 import caregiver_mj
 from caregiver_mj.caregivers import Caregiver, make_caregiver
 from caregiver_mj.caregivers.foresight.value_table import AllLayouts
-from caregiver_mj.children.child_group import ChildSpec
+from caregiver_mj.caregivers.paper import PaperCaregiver
+from caregiver_mj.caregivers.registry import find_caregiver
+from caregiver_mj.caregivers.server import Queries
+from caregiver_mj.children.child_group import ChildGroup, ChildSpec
 from caregiver_mj.children.novice import Novice
 from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.envs.houses_vector import GridHousesVector
+from caregiver_mj.envs.recipe import Recording
 from caregiver_mj.envs.target_grid import GridTargetsVector
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.finished import pool_runs
 from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.grid.world import GridWorld, run_episodes
-from caregiver_mj.interventions.verb import Intervention, Interventions
-from caregiver_mj.plans.generator import generate
+from caregiver_mj.interventions.verb import Intervention, Interventions, verb_of
+from caregiver_mj.plans.generator import design, generate
 from caregiver_mj.plans.hazards import NOTHING, DamageWeights
+from caregiver_mj.plans.request import Request
 from caregiver_mj.plans.sets import house_set
+from caregiver_mj.plans.visibility import Sight
 from caregiver_mj.policy.own import OwnPolicy
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.viz.report import write_report
@@ -33,6 +42,14 @@ def load(task="supervise", house=TINY, **options):
     return caregiver_mj.load(task, house, **{"random": 0, "visuals": False} | options)
 
 
+def task(**options):
+    load(task_kwargs=options)
+
+
+def cell_size(plan, metres):
+    return dataclasses.replace(plan, cell_size=metres)
+
+
 def policy(*arguments):
     return caregiver_mj.CaregiverPolicy(load(), *arguments)
 
@@ -41,8 +58,20 @@ def settings(**options):
     return Settings(**{"plans": (TINY,), "world": "grid", "episodes": 1} | options).check()
 
 
-def make(name="Supervise-Targets"):
-    return gymnasium.make(f"caregiver_mj/{name}-v0", house=TINY)
+def check(**options):
+    EpisodeSpec(TINY, **options).check()
+
+
+def record(**options):
+    Recording(EpisodeSpec(TINY, 0.5, task_kwargs=options.pop("task_kwargs", {"time_limit": 1.0}), **options)).spaces()
+
+
+def ask(**options):
+    make_caregiver("http://127.0.0.1:1", TINY, 0, Queries(**options))
+
+
+def make(name="Supervise-Targets", **options):
+    return gymnasium.make(f"caregiver_mj/{name}-v0", house=TINY, **options)
 
 
 def act(env, action):
@@ -60,6 +89,10 @@ def move_after_the_end():
     world.move_children()
 
 
+def policy_of(name, **options):
+    caregiver_mj.CaregiverPolicy(load(task_kwargs=options), name)
+
+
 def act_in_mid_episode():
     env = load()
     env.reset()
@@ -67,8 +100,6 @@ def act_in_mid_episode():
 
 
 class Deciding(Caregiver):
-    """Answers with what it was made for."""
-
     def __init__(self, *answered):
         super().__init__(TINY)
         self._answered = Intervention(*answered)
@@ -113,8 +144,15 @@ def step_vector(actions, seed=0):
 
 
 ONE = [RandomStream.draw_group(np.random.RandomState(0), 1, timesteps=2)]
-
 PAPER = caregiver_mj.FloorPlan.load("paper")
+GATES = caregiver_mj.FloorPlan.parse("#######\n#B...G#\n#.....#\n#######", "gates")
+HEIGHTS = (0.3, (0.7, 0.5), (), "low", (0.5, None))
+CHEAP = caregiver_mj.FloorPlan.load("paper", damage="1:1:1")
+NO_HAZARDS = {"stairwells": 0, "candles": 0, "batteries": 0}
+SIGHTS = ("", "rooms", "rooms:", "rooms:-1", "walls:1", "all:", "door")
+UNFIT = (".4:none", ".4:driver", ".4:person", ".4:chat:model", ".4:http://a", ".4:attentive:.5")
+REAL_TIME = {"world": "grid", "caregiver": "http://[::1]:9", "queries": Queries(thinking="real-time")}
+CHOOSE = {"world": "grid", "task": "targets", "task_kwargs": {}}
 OTHER_DAMAGE = caregiver_mj.FloorPlan.parse(TEXT, "tiny", damage="1:9:1")
 ODD = {
     "load": [
@@ -125,10 +163,36 @@ ODD = {
         (lambda: load(epsilon=ChildSpec(0.5, 5)), "name of a child must be a str, got 5"),
         (lambda: load(epsilon=[]), "children must be at least 1"),
         (lambda: load(epsilon=np.array([0.5, 7.0])), "epsilon must be in"),
-        (lambda: load(random=1.5), "must be an integer from 0 to 4294967295"),
-        (lambda: load(random=2**40), "must be an integer from 0 to 4294967295"),
+        *((lambda x=x: load(random=x), "must be an integer from 0 to 4294967295") for x in (-1, 1.5, 2**32, "3")),
         (lambda: load(task_kwargs=[1]), "task_kwargs must be a dict or None"),
-        (lambda: load(task_kwargs={"embodiment": 3}), r"robot must be a name \(mobile_fr3, mobile_ur5e\) or an"),
+        (lambda: policy_of("knows-goal", sight="walls"), "sight must be all with a caregiver that needs privileged"),
+        (lambda: load("block_stairs", cell_size(PAPER, 0.5)), r"cells of at least 0\.54 m, as wide as the robot, got"),
+        (lambda: load(house=cell_size(GATES, 1.0)), r"cells must be of 0\.75 m in a house with gates, got 1"),
+        (lambda: load(environment_kwargs={"time_limit": 3}), "must be without time_limit: give it in task_kwargs"),
+        (lambda: task(embodiment=3), r"robot must be a name \(mobile_fr3, mobile_ur5e\) or an"),
+        (lambda: task(colour="red"), "task_kwargs: got an unexpected keyword argument 'colour'"),
+        (lambda: task(candle_offset=5), "candle_offset, in metres, must be in 0 to 0.27, got 5"),
+        (lambda: task(control_timestep=0), "control_timestep must be positive .* got 0"),
+        (lambda: task(control_timestep=3.0), "no longer than a child's move, 1.69 s, got 3.0"),
+        (lambda: task(control_timestep=0.007), "multiple of physics timestep"),
+        (lambda: task(compliant_children="x"), "compliant_children must be a bool, got 'x'"),
+        (lambda: task(random=5), "random must be given once"),
+        *((lambda x=x: task(table_height=x), r"table_height must be a height in 0\.45 to 0\.75 m") for x in HEIGHTS),
+        (lambda: task(sensing={"cat": {}}), "sensing has no 'cat': there are candle, child, base, delay"),
+        (lambda: task(sensing={"base": {"blur": 1}}), "sensing: base has no 'blur': there are noise, bias"),
+        (lambda: task(sensing={"child": {"noise": -0.1}}), "child.noise must be 0 or more, got -0.1"),
+        (lambda: task(sensing={"child": {"dropout": 1.0}}), "child.dropout must be in 0 to 0.95, got 1.0"),
+        (lambda: task(sensing={"candle": {"velocity_noise": 0.1}}), "candle.velocity_noise must be left out"),
+        *((lambda s=s: Sight.of(s), "sight must be all, walls, camera or rooms:N, got") for s in SIGHTS),
+    ],
+    "children": [
+        *((lambda x=x: Novice(TINY, x), r"epsilon must be in \[0, 1\], got") for x in (-0.01, 1.01, np.nan, np.inf)),
+        (lambda: ChildGroup.parse(""), "children must be the epsilon of each, such as 0.5 or .* adversary:0.5, got ''"),
+        (lambda: ChildGroup.parse("0.5;1"), "got '0.5;1'"),
+        (lambda: ChildGroup.parse("1.5"), r"epsilon must be in \[0, 1\], got 1.5"),
+        (lambda: ChildGroup.parse("mine:Child:0.5"), "'mine:Child' cannot be loaded: ModuleNotFoundError"),
+        (lambda: ChildGroup.parse("json:loads:0.5"), r"child 'json:loads' \(yours\) must be a subclass of"),
+        (lambda: ChildGroup.parse("angel:0.5"), "no child 'angel': there are novice, .* and yours as module:object"),
     ],
     "floor plan": [
         (lambda: caregiver_mj.FloorPlan.parse(None), "text of a floor plan must be a str"),
@@ -143,10 +207,40 @@ ODD = {
         (lambda: generate(1.5), "the seed must be an integer"),
         (lambda: generate(0, (10,)), "size must be columns and rows"),
         (lambda: generate(0, (10.5, 10)), "rows and columns must be 5 to 100, got 10.5"),
+        (lambda: design(Request(0, (4, 10))), "^floor plan 'house-0-4x10' cannot be made: rows and columns must be 5"),
+        (lambda: design(Request(0, rooms=0)), "cannot be made: rooms must be at least 1, got 0"),
+        (lambda: design(Request(0, stairwells=0, candles=0)), "there is nothing to protect a child from"),
+        (lambda: design(Request(0, stairwells=0, tables=0)), "there is nothing to protect a child from"),
+        (lambda: design(Request(0, **NO_HAZARDS, home=True)), "there is nothing to protect a child from"),
+        (lambda: design(Request(0, candles=2, tables=0)), "there is nowhere to take it"),
+        (lambda: design(Request(0, (12, 12), gates=40)), "no way was found to fit .*, gates 40, .* into 12 x 12 cells"),
+        (lambda: design(Request(0, (9, 9), rooms=30)), "no way was found to fit rooms 30, .* into 9 x 9 cells"),
         (lambda: house_set(3), "no set of floor plans"),
+        (lambda: house_set("test"), "no set of floor plans 'test': there are train-N, test-N, .*such as test-100"),
+        (lambda: house_set("test-"), "no set of floor plans 'test-': there are train-N, test-N"),
+        (lambda: house_set("test-0"), "a set has 1 to 1000 houses"),
+        (lambda: house_set("train-1001"), "a set has 1 to 1000 houses"),
+        (lambda: house_set("drawn-11"), "a set has 1 to 10 houses"),
+        (lambda: house_set("drawn-10@secret"), "there are train-N, test-N"),
+        (lambda: DamageWeights.of("stove=3"), "no kind of damage 'stove': there are stairwell, .*, gate, mug, battery"),
+        (lambda: DamageWeights.of({"stove": 3}), "no kind of damage 'stove'"),
+        (lambda: DamageWeights.of("candle=3,candle=4"), "must name each kind once, got 'candle=3,candle=4'"),
+        (lambda: DamageWeights.of("candle=3:4"), "must be KIND=NUMBER, such as stairwell=5,.* got 'candle=3:4'"),
+        (lambda: DamageWeights.of("candle=-1"), "the damage of a candle must be a number of at least 0, got -1"),
     ],
     "caregiver": [
         (lambda: policy(3), "a caregiver must be a str or Caregiver"),
+        *((lambda x=x: find_caregiver(f"attentive:{x}"), "attenti") for x in ("often", "1.5", *UNFIT)),
+        (lambda: PaperCaregiver(TINY, expert_timesteps=-1), "timesteps of experts must be at least 0, got -1"),
+        (lambda: verb_of("tickle"), "no verb 'tickle': there are block, close, relocate, pick up, .*, nothing"),
+        (lambda: ask(max_calls=-1), "max_calls must be an integer of at least 0, got -1"),
+        (lambda: ask(max_tokens=0.5), "max_tokens must be an integer of at least 0, got 0.5"),
+        *(
+            (lambda x=x: ask(patience=x), "patience, in seconds, must be in 0 to 8.64")
+            for x in (np.nan, np.inf, "soon")
+        ),
+        (lambda: ask(thinking="fast"), "thinking must be waits or real-time, got 'fast'"),
+        (lambda: ask(frames=1), "frames must be a bool, got 1"),
         (lambda: policy("random", -1), "seed of a caregiver must be an integer of at least 0"),
         (lambda: caregiver_mj.CaregiverPolicy(None), "got NoneType"),
         (lambda: caregiver_mj.CaregiverPolicy(make("BlockStairs")), "env.unwrapped.dm_env"),
@@ -162,12 +256,15 @@ ODD = {
         ),
         (act_in_mid_episode, "first time step that a caregiver's policy sees must be that of env.reset"),
         (lambda: decide("relocate", 0, 1), r"decide: 'relocate' must be for a candle or mug, \[1\], got hazard 0"),
+        (lambda: decide("close", 0, NOTHING), "'close' must be for a gate, .* got hazard 0"),
+        (lambda: decide("block", 1, NOTHING), "'block' must be for a stairwell, .* got hazard 1"),
         (lambda: decide("block", NOTHING, NOTHING), "'block' must be for a stairwell, .* got hazard -1"),
         (lambda: act_with(lambda timestep: None), "'mine' must answer with 11 finite numbers, got"),
         (lambda: act_with(lambda timestep: np.full(11, np.nan)), "'mine' must answer with 11 finite numbers, got"),
     ],
     "grid": [
         (lambda: GridWorld("paper", 0.5, None), "house must be a FloorPlan, .* FloorPlan.load makes one"),
+        (lambda: GridWorld(TINY, 0.5, make_caregiver("knows-goal", TINY), sight="walls"), "sight must be all"),
         (lambda: GridWorld(TINY, 0.5, "paper"), "must be a Caregiver or None, .* make_caregiver makes one"),
         (lambda: run([]), "at least 1 episode"),
         (lambda: GridWorld(TINY, 0.5, None).move_children(), "no episode has begun, or it is over: call reset"),
@@ -179,6 +276,30 @@ ODD = {
     ],
     "run": [
         (lambda: settings(plans="paper"), "a house must be a FloorPlan"),
+        (lambda: settings(plans=(TINY, TINY)), "houses must be at least 1, all different"),
+        (lambda: settings(plans=(TINY, CHEAP)), "damage must be the same in all houses, got 1:1:1 and 5:4:1"),
+        (lambda: settings(caregivers=()), "caregivers must be at least 1"),
+        (lambda: settings(families=(0.5, 0.5)), "all different"),
+        (lambda: settings(families=(ChildGroup((ChildSpec(0.5, "angel"),)),)), "no child 'angel'"),
+        (lambda: settings(embodiment="butler"), "no robot 'butler': there are mobile_fr3, mobile_ur5e"),
+        (lambda: evaluate(Settings(TINY, "grid", ("nanny",))), "no caregiver 'nanny': there are none, .*, and yours"),
+        (lambda: check(world="moon"), "no world 'moon': there are house, grid"),
+        (lambda: check(task="fly"), "no task 'fly': there are supervise, .*, targets"),
+        (lambda: check(world="grid", task="block_stairs"), "task must be supervise or targets in the grid"),
+        (lambda: check(world="grid", task_kwargs={"time_limit": 1.0}), "with no task_kwargs"),
+        (lambda: check(world="grid", task="targets", child_speed=0.8), "child_speed must be 0.444 m/s in the grid"),
+        (lambda: check(**REAL_TIME, child_speed=0.8), "child_speed must be 0.444 m/s in the grid"),
+        (lambda: check(episode=-1), "episode must be an integer of at least 0, got -1"),
+        (lambda: check(seed=0.5), "seed must be an integer of at least 0, got 0.5"),
+        (lambda: check(caregiver="http://127.0.0.1:9", queries=Queries(max_calls=-1)), "max_calls must be"),
+        (lambda: record(world="grid", task_kwargs={}), "task must be targets in the grid, got 'supervise'"),
+        (lambda: record(world="grid", task="targets"), "cameras and seconds must be left out in the grid"),
+        (lambda: record(task="targets"), "seconds must be left out with targets"),
+        (lambda: record(caregiver="none"), "caregiver must be one that acts, got 'none'"),
+        (lambda: record(task="targets", task_kwargs={}, caregiver="knows-goal"), "needs privileged information"),
+        (lambda: record(**CHOOSE, caregiver="childproof"), "got 'childproof', which has its own prepare, destination$"),
+        (lambda: record(**CHOOSE, caregiver="foresight"), "no more than choose .* its own decide, destination$"),
+        (lambda: record(**CHOOSE, caregiver="studies.ablations:Still"), "which has its own yields$"),
         (lambda: settings(episodes=1.5), "episodes must be an integer of at least 1"),
         (lambda: settings(seed=-1), "seed must be an integer of at least 0"),
         (lambda: evaluate(Settings(TINY, "grid", episodes=1), jobs="a"), "jobs must be an integer of at least 1"),
@@ -188,6 +309,14 @@ ODD = {
         (lambda: evaluate(Settings(TINY, "grid", episodes=1), "DIR"), "folder must be a RunFolder or None, got"),
     ],
     "environment": [
+        (lambda: make(world="moon"), "no world 'moon': there are house, grid"),
+        (lambda: make(world="grid", camera="wrist"), "must be left out in the grid"),
+        (lambda: make(render_mode="human"), "no render mode 'human', which needs a window: take rgb_array"),
+        (lambda: make(render_mode="rgb_array", width=8), "the width of a picture, .* must be .* from 32 to 1920"),
+        (lambda: make(observation="camera"), "no observation 'camera': there are numbers, flat, map, graph"),
+        (lambda: make(observation="map", shape=(4, 9)), r"shape must be .*at least \(5, 6\) for house 'tiny'"),
+        (lambda: make(observation="map", shape=(9,)), "shape must be .*rows and columns"),
+        (lambda: make(observation="map", shape=(9, 1001)), "shape must be .*at most 1,000 of a kind"),
         (lambda: act(make(), 99), "an action must be an integer from 0 to 2"),
         (lambda: act(make("BlockStairs"), "a"), "an action must be an array of numbers"),
         (lambda: GridTargetsVector(100_001), "num_envs must be an integer from 1 to 100000"),

@@ -1,7 +1,5 @@
 """Walks from cell to cell for tests, searched without the package's own graph."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 
 Cell = tuple[int, int]
@@ -10,7 +8,6 @@ STEPS: dict[str, Cell] = {"north": (-1, 0), "east": (0, 1), "south": (1, 0), "we
 
 
 def neighbours(cell: Cell) -> list[Cell]:
-    """The cells north, east, south and west of a cell."""
     return [(cell[0] + down, cell[1] + right) for down, right in STEPS.values()]
 
 

@@ -1,9 +1,12 @@
 """What episodes of tests are made of: random streams, and what a caregiver sees of one child."""
 
+import functools
+
 import numpy as np
 
-from caregiver_mj.caregivers.percept import Percept
+from caregiver_mj.caregivers import Percept, make_caregiver
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS, RandomStream
+from caregiver_mj.grid.world import GridWorld
 
 
 def streams(seeds, timesteps=EPISODE_TIMESTEPS, children=1):
@@ -18,3 +21,17 @@ def percept(plan, child, caregiver=0, candle_table=None, **more):
     seen = {"child_cell": [[child]], "previous_cell": [[child]], "previous_action": [[-1]], "holding": [-1]}
     seen |= {"caregiver_cell": [caregiver], "candle_table": np.reshape(np.array(tables, int), (1, -1))}
     return Percept(**{name: np.array(value) for name, value in (seen | more).items()})
+
+
+def begun(world, seeds, timesteps=EPISODE_TIMESTEPS, children=1):
+    """A grid at the start of episodes of some seeds, or of so many."""
+    world.reset(streams(seeds, timesteps, children))
+    return world
+
+
+@functools.cache
+def ran(name, plan, family, episodes=30):
+    """The grid after some episodes with a caregiver, given by name."""
+    world = GridWorld(plan, family, None if name == "none" else make_caregiver(name, plan, 0))
+    world.run(streams(episodes))
+    return world

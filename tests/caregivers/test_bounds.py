@@ -81,7 +81,6 @@ def test_exposure_of_one_cell_and_of_two_by_hand():
     np.testing.assert_allclose(table_exposure(plan, 0.4), [20.0])
     np.testing.assert_allclose(table_exposure(plan, 0.4, timesteps=10), [1.0])
     np.testing.assert_allclose(table_exposure(plan, 0.0), [0.0])
-    # Exposure of two cells by hand.
     # Cells 0 and 1, the bin east of 1, tables south of both. Random moves only: east from 0, west from 1, both 1/4, so
     # it is in both equally often, and bumps into each table in an eighth of the timesteps.
     plan = FloorPlan.parse("#####\n#..B#\n#TT##\n#####")

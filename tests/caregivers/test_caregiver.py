@@ -51,16 +51,12 @@ def all_caregivers(plan, seed=0):
     return [make_caregiver(name, plan, seed) for name in BY_NAME]
 
 
-# -- The paper's rule ----------------------------------------------------------------------------
-
-
 def test_the_greatest_expected_danger_wins_by_hand_in_either_reading():
     # Stairwell 5/d, candle 4/d; the stairwell's table twin 0 has no candle and is no candidate.
     #   cell 0: 5/1 > 4/3   cell 1: 5/2 > 4/2   cell 2: 5/3 < 4/1   cell 3: 5/4 < 4/2   cell 4: 5/5 < 4/3
     caregiver = PaperCaregiver(CORRIDOR)
     caregiver.reset(5)
     assert caregiver.choose(see(range(5))).tolist() == [STAIRWELL, STAIRWELL, CANDLE, CANDLE, CANDLE]
-    # The linear reading by hand.
     # The largest distance is 5: reach 1 - d/5.
     #   cell 0: 5 * 4/5 > 4 * 2/5   cell 1: 5 * 3/5 > 4 * 3/5   cell 2: 5 * 2/5 < 4 * 4/5   cell 3: 5 * 1/5 < 4 * 3/5
     caregiver = PaperCaregiver(CORRIDOR, reach="linear")
@@ -141,9 +137,6 @@ def test_the_safe_table_is_the_bare_one_farthest_on_foot():
     assert PaperCaregiver(two).destination(candles, np.zeros(2, int)).tolist() == [0, 0]
 
 
-# -- Houses that lack something ------------------------------------------------------------------
-
-
 def test_houses_without_candles_without_stairwells_and_without_either():
     plan = FloorPlan.parse("######\n#S..B#\n#T..S#\n######")
     for caregiver in all_caregivers(plan):
@@ -173,9 +166,6 @@ def test_houses_without_candles_without_stairwells_and_without_either():
         percept = see([0, 1, 2], candle_table=np.zeros((1, 0)), caregiver_cell=0)
         caregiver.watch(percept)
         assert caregiver.choose(percept).tolist() == [NOTHING] * 3
-
-
-# -- The baselines -------------------------------------------------------------------------------
 
 
 def test_nearest_ignores_the_damage():
@@ -218,14 +208,13 @@ def test_every_caregiver_decides_for_each_world_alone_and_only_on_hazards(text, 
     plan = FloorPlan.parse(text)
     random = np.random.default_rng(seed)
     batch, candles = 6, len(plan.candle_tables)
+    tables = [random.permutation(len(plan.tables))[:candles] for _ in range(batch)]
     percept = Percept(
         child_cell=pick(random.random((batch, children)), len(plan.free_cells)),
         previous_cell=pick(random.random((batch, children)), len(plan.free_cells)),
         previous_action=random.integers(-1, 4, size=(batch, children)),
         caregiver_cell=pick(random.random(batch), len(plan.caregiver_cells)),
-        candle_table=np.array([random.permutation(len(plan.tables))[:candles] for _ in range(batch)]).reshape(
-            batch, -1
-        ),
+        candle_table=np.reshape(tables, (batch, -1)),
         holding=np.full(batch, NOTHING),
         candle_cell=np.full((batch, candles), NOTHING),
         out_of_reach=random.random((batch, len(plan.hazards))) < 0.2,
@@ -250,9 +239,6 @@ def test_every_caregiver_decides_for_each_world_alone_and_only_on_hazards(text, 
             if candles:
                 safe = caregiver.destination(one, np.zeros(1, int))[0]
                 assert safe not in percept.candle_table[i]
-
-
-# -- Several children ------------------------------------------------------------------------------
 
 
 def several(*cells):
@@ -303,9 +289,6 @@ def test_the_candle_goes_to_the_table_farthest_from_the_nearest_child():
     assert caregiver.destination(several(1, 4), np.zeros(1, int)).tolist() == [0]
 
 
-# -- From a hazard to an intervention ---------------------------------------------------------------
-
-
 def test_the_answer_is_a_whole_intervention():
     caregiver = PaperCaregiver(CORRIDOR)
     caregiver.reset(1)
@@ -313,9 +296,6 @@ def test_the_answer_is_a_whole_intervention():
     assert list(caregiver.decide(see(4))) == [Intervention(RELOCATE, CANDLE, 0)]
     nothing = caregiver.protect(see(0), np.array([NOTHING]))
     assert list(nothing) == [Intervention(STAND_ASIDE)]
-
-
-# -- Candles on the floor ---------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("child_cell", "moves"), [(0, 3), (1, 2), (2, 1), (3, 1), (4, 1)])

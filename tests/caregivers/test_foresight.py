@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from worlds import percept, streams
+from worlds import begun, percept
 
 from caregiver_mj.caregivers.caregiver import PrivilegedCaregiver, Truth
 from caregiver_mj.caregivers.foresight.foresight import (
@@ -31,46 +31,12 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from studies.ablations import Predictive
 
-CORRIDOR = """
-#######
-#B...S#
-#######
-"""
-TWO_ENDS = """
-#########
-#S.....S#
-###.#####
-###B#####
-#########
-"""
-TABLES = """
-########
-#C....T#
-#......#
-#.B..B.#
-########
-"""
-THREE_TABLES = """
-########
-#C....T#
-#......#
-#.B..BT#
-########
-"""
-STAIRS_AND_TABLES = """
-########
-#C....T#
-#......#
-#.B..BS#
-########
-"""
-FOUR_TABLES = """
-########
-#C....T#
-#......#
-#CB..BT#
-########
-"""
+CORRIDOR = FloorPlan.parse("#######\n#B...S#\n#######")
+TWO_ENDS = FloorPlan.parse("#########\n#S.....S#\n###.#####\n###B#####\n#########")
+TABLES = FloorPlan.parse("########\n#C....T#\n#......#\n#.B..B.#\n########")
+THREE_TABLES = FloorPlan.parse("########\n#C....T#\n#......#\n#.B..BT#\n########")
+STAIRS = FloorPlan.parse("########\n#C....T#\n#......#\n#.B..BS#\n########")
+FOUR_TABLES = FloorPlan.parse("########\n#C....T#\n#......#\n#CB..BT#\n########")  # 0 to 3 in the corners
 
 
 class TestLayouts:
@@ -88,12 +54,12 @@ class TestLayouts:
 class TestMotion:
     def test_moves_of_the_child_meanwhile(self):
         # Three steps a timestep: with all of them left, three take no move of the child and four take one.
-        timesteps = motion(FloorPlan.parse(TWO_ENDS)).timesteps
+        timesteps = motion(TWO_ENDS).timesteps
         assert timesteps(np.array([0, 3, 4, 6, 7]), 3).tolist() == [0, 0, 1, 1, 2]
         assert timesteps(np.array([0, 1, 2, 4, 5]), 1).tolist() == [0, 0, 1, 1, 2]
 
     def test_a_cell_that_is_not_reached_in_time_is_reached_with_the_share_of_its_time(self):
-        ways = motion(FloorPlan.parse(TWO_ENDS), Pace(cells=2.25))
+        ways = motion(TWO_ENDS, Pace(cells=2.25))
         here, then, share = ways.walk(1, 5, 0, np.array([2.25, 2.0, 0.0]))  # to the east landing, see below
         assert (here.tolist(), then[0], share.tolist()) == ([2, 2, 0], 3, [0.25, 0.0, 0.0])
 
@@ -116,17 +82,16 @@ class TestMotion:
         assert ways.distance[0, child, two - 1] == 1 + 4 + 3 + 1
 
     def test_a_robot_sets_off_in_each_timestep_to_come_and_twice_for_a_candle(self):
-        plan = FloorPlan.parse(TABLES)
-        slow, at_once = motion(plan, Pace(cells=3, start=1.5)), motion(plan, Pace(cells=3))
+        slow, at_once = motion(TABLES, Pace(cells=3, start=1.5)), motion(TABLES, Pace(cells=3))
         assert (slow.turn, at_once.turn) == (1.5, 3.0)
-        assert motion(plan, Pace(cells=3, start=5)).turn == 1.0  # it gets on all the same
+        assert motion(TABLES, Pace(cells=3, start=5)).turn == 1.0  # it gets on all the same
         stand, table, left = at_once.stands[0][:1], np.array([0]), np.array([0.0])
-        child = np.array([len(plan.free_cells) - 1])  # not there
+        child = np.array([len(TABLES.free_cells) - 1])  # not there
         assert at_once.carry(stand, table, child, left).tolist() == [1]  # one step to put it down, of three
         assert slow.carry(stand, table, child, left).tolist() == [2]  # four, with twice 1.5 lost
 
     def test_steps_round_the_child(self):
-        ways = motion(FloorPlan.parse(TWO_ENDS))
+        ways = motion(TWO_ENDS)
         # Cells 0 to 4 from west to east, 5 before the bin, landings 6 and 7. From cell 0 to the east landing:
         assert ways.walk(1, 5, 0, np.arange(4))[0].tolist() == [0, 1, 2, 3]
         # With the child in cell 3 it comes no farther than cell 1: there is a free cell between them.
@@ -135,7 +100,7 @@ class TestMotion:
 
     def test_it_may_wait_wherever_it_comes_to_but_not_past_the_child(self):
         """Cells as above. From cell 1, with the child in cell 3: to its three neighbours, and the landing 6."""
-        ways = motion(FloorPlan.parse(TWO_ENDS), Pace(cells=2.25))
+        ways = motion(TWO_ENDS, Pace(cells=2.25))
         child, start = np.array([3, 3]), np.array([1, 1])
         state, cell, before, share = ways.waits(child, start, np.array([2.25, 0.5]))
         assert cell[state == 0].tolist() == [0, 1, 2, 5, 6]
@@ -145,24 +110,24 @@ class TestMotion:
         assert share[state == 1].tolist() == [0.5, 1.0, 0.5, 0.5]
 
     def test_of_a_cell_that_is_begun_the_share_of_its_own_time_counts(self):
-        ways = motion(FloorPlan.parse(TWO_ENDS), Pace(cells=2.25))
+        ways = motion(TWO_ENDS, Pace(cells=2.25))
         _, cell, before, share = ways.waits(np.array([5]), np.array([1]), np.array([1.5]))  # cell 3 is two steps away
         assert (before[cell == 3].tolist(), share[cell == 3].tolist()) == ([2], [0.5])
 
     def test_a_way_to_wait_beside_a_child_takes_longer_than_one_away_from_it(self):
-        ways = motion(FloorPlan.parse(TWO_ENDS), Pace(cells=3, beside=((1.0,), (1.0,), (4.0,))))
+        ways = motion(TWO_ENDS, Pace(cells=3, beside=((1.0,), (1.0,), (4.0,))))
         _, cell, _, share = ways.waits(np.array([4]), np.array([2]), np.array([2.0]))  # two cells from it
         assert dict(zip(cell.tolist(), share.tolist(), strict=True)) == {0: 1.0, 1: 1.0, 2: 1.0, 3: 0.5, 5: 1.0}
 
     def test_a_candle_is_in_the_hand_one_step_after_it_is_there(self):
-        ways = motion(FloorPlan.parse(TABLES))
+        ways = motion(TABLES)
         child, start = np.full(4, 10), np.full(4, 1)  # the table is beside cell 0
         got, cell, left = ways.fetch(0, child, start, np.arange(4))
         assert (got.tolist(), cell.tolist()) == ([0, 0, 1, 1], [1, 0, 0, 0])
         assert left.tolist() == [0, 0, 0, 1]
 
         # Where that takes longer than there is time for, with the share of it.
-        got, cell, _ = motion(FloorPlan.parse(TABLES), Pace(get=4.0)).fetch(0, 10, 1, np.array([1.0, 2.0, 3.0]))
+        got, cell, _ = motion(TABLES, Pace(get=4.0)).fetch(0, 10, 1, np.array([1.0, 2.0, 3.0]))
         assert got == pytest.approx([0.0, 0.25, 0.5], abs=1e-6)
         assert cell.tolist() == [0, 0, 0]
 
@@ -171,20 +136,19 @@ class TestMotion:
         where, table = np.array([0]), np.array([1])
         # Three cells and to put it down, or as long as it takes until a child in the only way is gone.
         assert ways.carry(where, table, np.array([3]), np.array([0.0])).tolist() == [6]
-        assert motion(FloorPlan.parse(TABLES)).carry(where, table, np.array([10]), np.array([0.0])).tolist() == [2]
+        assert motion(TABLES).carry(where, table, np.array([10]), np.array([0.0])).tolist() == [2]
 
 
 class TestValueTable:
     def test_behind_a_caregiver_in_the_only_stairwell_there_is_nothing_to_fear(self):
-        found = ValueTable(FloorPlan.parse(CORRIDOR), objective=Objective(discount=0.9, sweeps=200, tolerance=0.0))
+        found = ValueTable(CORRIDOR, objective=Objective(discount=0.9, sweeps=200, tolerance=0.0))
         child = np.arange(3)
         assert found.at(0, child, 3) == pytest.approx(0.0, abs=2e-3)
 
     def test_a_move_into_the_caregiver_leaves_the_child_where_it_is(self):
         """In cell 2, next to the stairs, at random: it falls with 1/4, and goes west with 1/4 unless that is denied."""
-        plan = FloorPlan.parse(CORRIDOR)
         objective = Objective(discount=0.5, price=0.0, random_price=2.0, sweeps=60, tolerance=1e-7)
-        found = ValueTable(plan, objective=objective)
+        found = ValueTable(CORRIDOR, objective=objective)
         at_random = EPSILONS.index(1.0)  # of a novice, whose only bin comes first
         beside = found.at(0, 2, 1)[at_random]
         # Whether it goes or stays, the caregiver in cell 1 cannot pass the child: it waits in cell 0, from where it
@@ -198,9 +162,8 @@ class TestValueTable:
         """A child at random in a corridor between two tables, before which the bin is south of its middle cell, 2."""
         plan = FloorPlan.parse("########\n#C....T#\n####B###\n########")
         objective = Objective(discount=0.5, price=0.0, random_price=2.0, tolerance=0.0)
-        found, free = (
-            ValueTable(plan, objective=one) for one in (objective, dataclasses.replace(objective, random_price=0.0))
-        )
+        found = ValueTable(plan, objective=objective)
+        free = ValueTable(plan, objective=dataclasses.replace(objective, random_price=0.0))
         at_random = EPSILONS.index(1.0)
 
         def denied(table, child, stand, left):
@@ -214,36 +177,31 @@ class TestValueTable:
         # in cell 3 it comes as far as cell 1, and goes back. By six moves it is thought to have arrived.
         one = two = three = 0.0
         for _ in range(6):
-            one, two, three = (
-                2.0 / 4 + 0.5 * (3 * one + two) / 4,
-                0.5 * (one + 2 * two + three) / 4,
-                0.5 * (3 * three + two) / 4,
-            )
+            at_once = 2.0 / 4 + 0.5 * (3 * one + two) / 4
+            one, two, three = at_once, 0.5 * (one + 2 * two + three) / 4, 0.5 * (3 * three + two) / 4
         assert [denied(1, child, 0, 0.0) for child in (1, 2, 3)] == pytest.approx([one, two, three], rel=1e-4)
 
     def test_a_timestep_ends_in_the_best_cell_that_is_reached(self):
         """By exhaustive search: within three steps, none of them into the child's cell."""
-        plan = FloorPlan.parse(TWO_ENDS)
-        table = ValueTable(plan)  # one from a file has no steps
-        cells, value = len(plan.caregiver_cells), table.value[0]
+        table = ValueTable(TWO_ENDS)  # one from a file has no steps
+        cells, value = len(TWO_ENDS.caregiver_cells), table.value[0]
         best = np.empty_like(value)
         table._best(0, value, [], best)
-        for child in range(len(plan.free_cells)):
-            far = plan.graph.distances_from([*range(cells)], child)
+        for child in range(len(TWO_ENDS.free_cells)):
+            far = TWO_ENDS.graph.distances_from([*range(cells)], child)
             for cell in set(range(cells)) - {child}:
                 reached = child * cells + np.flatnonzero(far[:, cell] <= 3)
                 assert best[child * cells + cell] == pytest.approx(value[reached].min(axis=0))
 
     def test_a_relocation_is_worth_what_the_candle_would_have_done(self):
-        plan = FloorPlan.parse(TABLES)
-        found = value_tables(plan)[frozenset()]
+        found = value_tables(TABLES)[frozenset()]
         near_first, near_second = found.layouts.now(np.array([[0], [1]]))
         # With the child beside the first table and the caregiver far from it, the candle is better elsewhere.
         assert (found.at(near_second, 0, 3) < found.at(near_first, 0, 3)).all()
 
     def test_to_be_able_to_wait_anywhere_is_never_worse(self):
         """`learned` has learned from tables without that."""
-        plan, objective = FloorPlan.parse(STAIRS_AND_TABLES), Objective(sweeps=400, tolerance=0.0)
+        plan, objective = STAIRS, Objective(sweeps=400, tolerance=0.0)
         with_it, without = (value_tables(plan, objective=objective, waits=some)[frozenset()].value for some in (1, 0))
         assert (with_it <= without + 1e-3).all()
         assert (with_it < without - 0.05).any()
@@ -253,8 +211,7 @@ class TestValueTable:
         plan, episodes = FloorPlan.load("train-100/36"), 200
         objective = Objective(price=1.0, random_price=1.0)
         caregiver = KnowsGoalCaregiver(plan, objective=objective)
-        world = GridWorld(plan, 0.5, caregiver)
-        world.reset(streams(episodes))
+        world = begun(GridWorld(plan, 0.5, caregiver), episodes)
         world.step()
         free = np.flatnonzero((world.candle_table >= 0).all(axis=1))
         expected = caregiver.expected_damage(world.percept(), free)
@@ -278,54 +235,47 @@ class TestValueTable:
 class TestForesight:
     def test_guards_what_it_can_get_to(self):
         """In a corridor with stairs at both ends, with the child between it and one of them, it goes to the other."""
-        plan = FloorPlan.parse(TWO_ENDS)
-        answer = ForesightCaregiver(plan).decide(percept(plan, 4, 2))
+        answer = ForesightCaregiver(TWO_ENDS).decide(percept(TWO_ENDS, 4, 2))
         assert (answer.verb[0], answer.hazard[0]) == (BLOCK, 0)
 
     def test_carries_the_candle_to_where_the_child_is_not(self):
-        plan = FloorPlan.parse(TABLES)
-        caregiver = ForesightCaregiver(plan)
-        assert caregiver.options(percept(plan, 1, 9), np.array([0])).table.tolist() == [[1]]
-        world = GridWorld(plan, 1.0, caregiver)
-        world.reset(streams(20))
+        caregiver = ForesightCaregiver(TABLES)
+        assert caregiver.options(percept(TABLES, 1, 9), np.array([0])).table.tolist() == [[1]]
+        world = begun(GridWorld(TABLES, 1.0, caregiver), 20)
         for _ in range(40):
             world.step()
         assert (world.ledger.totals()["interventions_done"] > 0).mean() > 0.5
 
     def test_the_time_left_counts(self):
         """With no time left it is still where it is when the child moves next."""
-        plan = FloorPlan.parse(STAIRS_AND_TABLES)
-        caregiver = ForesightCaregiver(plan)
-        seen = percept(plan, 8, 0)  # the child is two moves from the stairs, the caregiver on the other side
+        caregiver = ForesightCaregiver(STAIRS)
+        seen = percept(STAIRS, 8, 0)  # the child is two moves from the stairs, the caregiver on the other side
         late = dataclasses.replace(seen, time_left=np.zeros(1))
         damage, too_late = (caregiver.options(one, np.array([0])).damage[0] for one in (seen, late))
-        stay = len(plan.stairwells) + 1
+        stay = len(STAIRS.stairwells) + 1
         assert too_late[:stay] == pytest.approx(np.full(stay, damage[stay]))
         assert damage.min() < damage[stay]
 
     def test_puts_down_first_what_it_holds(self):
-        plan = FloorPlan.parse(TABLES)
-        held = dataclasses.replace(percept(plan, 1, 9, candle_table=[NOTHING]), holding=np.array([0]))
-        assert ForesightCaregiver(plan).decide(held).hazard[0] == NOTHING
+        held = dataclasses.replace(percept(TABLES, 1, 9, candle_table=[NOTHING]), holding=np.array([0]))
+        assert ForesightCaregiver(TABLES).decide(held).hazard[0] == NOTHING
 
     def test_keeps_to_the_table_that_it_chose_when_the_candle_is_in_the_hand(self):
-        plan = FloorPlan.parse(THREE_TABLES)
-        caregiver, candle = ForesightCaregiver(plan), np.array([0])
-        chosen = caregiver.decide(percept(plan, 2, 0)).destination[0]
+        caregiver, candle = ForesightCaregiver(THREE_TABLES), np.array([0])
+        chosen = caregiver.decide(percept(THREE_TABLES, 2, 0)).destination[0]
         assert chosen == 2
         # The child goes to where the farthest table is another one.
-        held = percept(plan, 3, 9, candle_table=[NOTHING])
+        held = percept(THREE_TABLES, 3, 9, candle_table=[NOTHING])
         assert caregiver.destination(held, candle).tolist() == [chosen]
-        farthest = PaperCaregiver(plan).destination(held, candle).tolist()
+        farthest = PaperCaregiver(THREE_TABLES).destination(held, candle).tolist()
         assert farthest != [chosen]
         caregiver.reset(1)
         assert caregiver.destination(held, candle).tolist() == farthest  # nothing has been chosen
 
     def test_goes_on_with_a_candle_until_that_is_where_it_shall_be(self):
         """What is as good but for less than the hysteresis does not interrupt a relocation; a finished one is over."""
-        plan = FloorPlan.parse(THREE_TABLES)
-        caregiver, worlds = ForesightCaregiver(plan), np.array([0])
-        begun = percept(plan, 2, 0)
+        caregiver, worlds = ForesightCaregiver(THREE_TABLES), np.array([0])
+        begun = percept(THREE_TABLES, 2, 0)
         answer = caregiver.decide(begun)
         assert (answer.verb[0], answer.destination[0]) == (RELOCATE, 2)
         relocation = caregiver.index.relocations.start
@@ -333,46 +283,37 @@ class TestForesight:
         damage[0, relocation] += caregiver._hysteresis / 2
         options = Options(damage, np.array([[2]]))
         assert caregiver.best(options, begun, worlds) == relocation
-        assert caregiver.best(options, percept(plan, 2, 0, candle_table=[2]), worlds) != relocation
+        assert caregiver.best(options, percept(THREE_TABLES, 2, 0, candle_table=[2]), worlds) != relocation
 
     def test_a_candle_that_may_be_in_the_hand_by_the_next_move_counts_as_likely_as_that_is(self):
         """In half of the time that it takes to get it the damage is half way between with it and without it."""
-        plan = FloorPlan.parse(TABLES)
-        caregiver = ForesightCaregiver(plan)
+        caregiver = ForesightCaregiver(TABLES)
         caregiver.pace = Pace(cells=3.0, get=1.5)
-        seen, relocation = percept(plan, 9, 0), caregiver.index.relocations.start  # it stands at the table
+        seen, relocation = percept(TABLES, 9, 0), caregiver.index.relocations.start  # it stands at the table
         times = (dataclasses.replace(seen, time_left=np.array([left])) for left in (0.0, 0.25, 0.5))
         without, half, with_it = (caregiver.options(one, np.array([0])).damage[0, relocation] for one in times)
         assert with_it != pytest.approx(without)
         assert half == pytest.approx((without + with_it) / 2)
 
     def test_picks_up_a_candle_from_the_floor_before_anything_else(self):
-        plan = FloorPlan.parse(STAIRS_AND_TABLES)
-        lying = dataclasses.replace(
-            percept(plan, 1, 9, candle_table=[NOTHING]),
-            candle_cell=np.array([[4]]),
-            out_of_reach=np.array([[False, False]]),
-        )
-        answer = ForesightCaregiver(plan).decide(lying)
+        lying = percept(STAIRS, 1, 9, candle_table=[NOTHING], candle_cell=[[4]], out_of_reach=[[False, False]])
+        answer = ForesightCaregiver(STAIRS).decide(lying)
         assert (answer.verb[0], answer.hazard[0]) == (RELOCATE, 1)
         # Where it does not get at it there is still the stairwell.
         beyond = dataclasses.replace(lying, out_of_reach=np.array([[False, True]]))
-        assert ForesightCaregiver(plan).decide(beyond).verb[0] != RELOCATE
+        assert ForesightCaregiver(STAIRS).decide(beyond).verb[0] != RELOCATE
         nothing = dataclasses.replace(lying, out_of_reach=np.array([[True, True]]))
-        assert ForesightCaregiver(plan).decide(nothing).hazard[0] == NOTHING
+        assert ForesightCaregiver(STAIRS).decide(nothing).hazard[0] == NOTHING
 
     def test_reckons_with_every_candle_on_a_table_of_its_own(self):
-        plan = FloorPlan.parse(FOUR_TABLES)  # tables 0 to 3 in the corners of the room
-        one_lies = dataclasses.replace(
-            percept(plan, 1, 9, candle_table=[0, NOTHING]), candle_cell=np.array([[NOTHING, 0]])
-        )
-        assert each_on_a_table(plan, one_lies).candle_table.tolist() == [[0, 2]]
+        one_lies = percept(FOUR_TABLES, 1, 9, candle_table=[0, NOTHING], candle_cell=[[NOTHING, 0]])
+        assert each_on_a_table(FOUR_TABLES, one_lies).candle_table.tolist() == [[0, 2]]
         together = dataclasses.replace(one_lies, candle_table=np.array([[1, 1]]), candle_cell=np.full((1, 2), NOTHING))
-        assert each_on_a_table(plan, together).candle_table.tolist() == [[1, 3]]
+        assert each_on_a_table(FOUR_TABLES, together).candle_table.tolist() == [[1, 3]]
         held = dataclasses.replace(one_lies, candle_cell=np.full((1, 2), NOTHING), holding=np.array([1]))
-        assert each_on_a_table(plan, held).candle_table.tolist() == [[0, NOTHING]]
-        grid = percept(plan, 1, 9)
-        assert each_on_a_table(plan, grid) is grid
+        assert each_on_a_table(FOUR_TABLES, held).candle_table.tolist() == [[0, NOTHING]]
+        grid = percept(FOUR_TABLES, 1, 9)
+        assert each_on_a_table(FOUR_TABLES, grid) is grid
 
 
 class TestManyCandles:
@@ -386,10 +327,9 @@ class TestManyCandles:
         value_tables.cache_clear()
 
     def test_it_plans_for_each_candle_as_if_the_others_stayed(self):
-        plan = FloorPlan.parse(FOUR_TABLES)
-        caregiver = ForesightCaregiver(plan)
-        assert candles_at_a_time(plan) == 2
-        assert caregiver.options(percept(plan, 1, 9), np.array([0])).table.shape == (1, 2)
+        caregiver = ForesightCaregiver(FOUR_TABLES)
+        assert candles_at_a_time(FOUR_TABLES) == 2
+        assert caregiver.options(percept(FOUR_TABLES, 1, 9), np.array([0])).table.shape == (1, 2)
 
     def test_it_prevents_much_of_the_damage(self):
         plan, seeds = FloorPlan.load("train-100/6"), range(20)
@@ -401,11 +341,10 @@ class TestManyCandles:
 
 def test_in_a_house_too_large_for_a_table_it_follows_the_rule(monkeypatch):
     monkeypatch.setattr("caregiver_mj.caregivers.foresight.value_table.LARGEST", 10)
-    plan = FloorPlan.parse(STAIRS_AND_TABLES)
-    ours, rule = (run_episodes(plan, 0.5, c(plan), range(5)) for c in (ForesightCaregiver, Predictive))
+    ours, rule = (run_episodes(STAIRS, 0.5, c(STAIRS), range(5)) for c in (ForesightCaregiver, Predictive))
     assert (ours.damage == rule.damage).all()
-    lying = dataclasses.replace(percept(plan, 1, 9, candle_table=[NOTHING]), candle_cell=np.array([[4]]))
-    assert ForesightCaregiver(plan).decide(lying).verb[0] == RELOCATE
+    lying = dataclasses.replace(percept(STAIRS, 1, 9, candle_table=[NOTHING]), candle_cell=np.array([[4]]))
+    assert ForesightCaregiver(STAIRS).decide(lying).verb[0] == RELOCATE
 
 
 class TestPrivilegedCaregivers:
@@ -417,8 +356,7 @@ class TestPrivilegedCaregivers:
         plan = FloorPlan.load("paper")
         caregiver = Listener(plan)
         children = side_by_side(plan, [ChildGroup.of(0.25), ChildGroup.of(1.0)], 2)
-        world = GridWorld(plan, children, caregiver)
-        world.reset(streams(4))
+        world = begun(GridWorld(plan, children, caregiver), 4)
         world.step()
         assert caregiver.truth.epsilon[:, 0].tolist() == [0.25, 0.25, 1.0, 1.0]
         assert caregiver.truth.goal.tolist() == world.goal.tolist()

@@ -4,14 +4,13 @@ import dataclasses
 
 import numpy as np
 import pytest
-from worlds import streams
+from worlds import begun
 
+from caregiver_mj import FloorPlan
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.target_observation import Encoder
 from caregiver_mj.envs.target_grid import TargetGrid
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, State
 
 # The stairs behind the gate go down to the north, so that it is entered from the south; to the west it is fenced.
@@ -120,8 +119,7 @@ def test_a_larger_graph_has_nodes_that_are_not_there():
 
 def test_of_a_child_that_is_not_seen_it_has_what_is_believed():
     caregiver = CommandedCaregiver(FloorPlan.load("paper"))
-    world = GridWorld(caregiver.plan, "1", caregiver, sight="walls")
-    world.reset(streams(20))
+    world = begun(GridWorld(caregiver.plan, "1", caregiver, sight="walls"), 20)
     world.step()
     encoder = Encoder(caregiver, 1, "map")
     child = encoder.look(world.percept())[0]["map"][:, encoder.map.planes.index("child_1")].reshape(20, -1)
@@ -130,16 +128,3 @@ def test_of_a_child_that_is_not_seen_it_has_what_is_believed():
     assert not seen.all()
     assert child[seen].max(axis=1) == pytest.approx(1)
     assert (child[~seen].max(axis=1) < 0.99).any()
-
-
-@pytest.mark.parametrize(
-    ("shape", "words"),
-    [
-        ((4, 9), r"at least \(5, 7\) for house 'all'"),
-        ((9,), "rows and columns"),
-        ((9, 1001), "at most 1,000 of a kind"),
-    ],
-)
-def test_a_shape_that_will_not_do_is_named(shape, words):
-    with pytest.raises(CaregiverError, match=f"shape must be .*{words}"):
-        TargetGrid(HOUSE, "1", observation="map", shape=shape)

@@ -47,8 +47,6 @@ def walk(child, start, goal, draw, caregiver=NOTHING, timesteps=100):
     raise AssertionError("it has not found its bin")
 
 
-# -- The explorer --------------------------------------------------------------------------------
-
 # From the upper left to the bin in the upper right one must go round the wall between them.
 WALLED = FloorPlan.parse("#######\n#..#.B#\n#..#..#\n#.....#\n#######")
 
@@ -88,8 +86,6 @@ def test_the_explorer_finds_every_bin_and_bumps_into_nothing_twice(text, seed):
         _, bumps = walk(explorer, start, goal, float(random.random()), timesteps=plan.symbols.size**2)
         assert len(set(bumps)) == len(bumps)
 
-
-# -- The avoider ---------------------------------------------------------------------------------
 
 # Two equally short ways round a pillar, and one bin that only a passage leads to.
 PILLAR = FloorPlan.parse("######\n#...##\n#.#.B#\n#...##\n#.####\n#B####\n######")
@@ -146,8 +142,6 @@ def test_the_avoider_steps_into_the_caregiver_only_where_no_other_way_is_open(te
                 assert reaches or plan.free_cells[next_cell[cell, action]] in ways[goal]
 
 
-# -- The seeker ----------------------------------------------------------------------------------
-
 CORRIDOR = FloorPlan.parse("########\n#.....B#\n########")
 
 
@@ -188,9 +182,6 @@ def test_without_chance_the_seeker_is_the_adversary_and_with_nothing_else_all_ar
         assert (child.act(sight, chance) == Novice(plan, 1.0).act(sight, chance)).all()
 
 
-# -- Every child ---------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("name", CHILDREN)
 @settings(max_examples=5, deadline=None)
 @given(plan_texts(largest=12), st.sampled_from([0.0, 0.5, 1.0]), st.integers(0, 2**31 - 1))
@@ -222,15 +213,11 @@ def test_a_child_moves_by_its_own_draws_whoever_else_there_is(name, text, epsilo
     assert [moves(np.array([i]))[0] for i in range(batch)] == together
 
 
-# -- The adversary, on a map on which its way is known by hand ---------------------------------------
-
-
 #    0123456
 WINDING = FloorPlan.parse("#######\n#..#..#\n#.B#.S#\n#.....#\n#######", "winding")
 
 
 def way(child, caregiver, plan=WINDING):
-    """The move of a child towards a caregiver, both given by cell."""
     goal = NOTHING if caregiver is None else plan.cell_index[caregiver]
     cell = np.array([plan.cell_index[child]])
     sight = ChildPercept(cell, np.zeros(1, int), np.array([goal]), np.zeros(1, bool))

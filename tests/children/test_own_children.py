@@ -5,11 +5,9 @@ import re
 import numpy as np
 import pytest
 
-import caregiver_mj
+from caregiver_mj import CaregiverError, FloorPlan, load
 from caregiver_mj.children.behaviour import Behaviour
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import run_episodes
-from caregiver_mj.plans.floor_plan import FloorPlan
 
 TINY = FloorPlan.parse("######\n#B.S.#\n#....#\n#C..T#\n######", "tiny")
 
@@ -34,7 +32,7 @@ def in_the_grid(child):
 
 
 def in_the_house(child):
-    env = caregiver_mj.load("supervise", TINY, child, 0, {"robot": False}, visuals=False)
+    env = load("supervise", TINY, child, 0, {"robot": False}, visuals=False)
     env.reset()
     env.step(np.zeros(env.action_spec().shape))
 

@@ -16,11 +16,8 @@ def random(seed):
 
 
 def same(one, other):
-    return (
-        (one.start == other.start).all()
-        and (one.steps == other.steps).all()
-        and one.caregiver_seed == other.caregiver_seed
-    )
+    drawn = (one.start == other.start).all() and (one.steps == other.steps).all()
+    return drawn and one.caregiver_seed == other.caregiver_seed
 
 
 def test_a_stream_is_determined_by_its_seed():

@@ -15,9 +15,10 @@ HOME, EAST, NORTH = (0.0, 0.0), (0.8, 0.0), (0.0, 0.8)
 FASTEST = 1.0  # m/s
 
 
-def walk_at(position=HOME, yaw=0.0) -> ToddlerWalk:
+def setting_out(goal=EAST, bump=False, yaw=0.0) -> ToddlerWalk:
     walk = ToddlerWalk(DURATION)
-    walk.reset(position, yaw)
+    walk.reset(HOME, yaw)
+    walk.begin(HOME, goal, bump)
     return walk
 
 
@@ -32,7 +33,6 @@ def run(walk: ToddlerWalk, touched=lambda walk, step: (), steps: int = STEPS) ->
 
 
 def wall_at(distance: float):
-    """Something to the east that stops the toddler's centre at a distance."""
     return lambda walk, step: [(1.0, 0.0)] if walk.position[0] >= distance else []
 
 
@@ -46,8 +46,7 @@ def test_novice_timestep_is_the_time_to_walk_a_cell_in_whole_control_timesteps()
 
 
 def test_free_move_is_straight_even_and_on_time():
-    walk = walk_at()
-    walk.begin(HOME, EAST, bump=False)
+    walk = setting_out()
     log = run(walk)
     assert log["position"][STEPS // 2] == pytest.approx([0.4, 0.0])
     np.testing.assert_allclose(log["velocity"], np.tile([0.5, 0.0], (STEPS, 1)), atol=1e-9)
@@ -60,8 +59,7 @@ def test_free_move_is_straight_even_and_on_time():
 
 @pytest.mark.parametrize("distance", [0.05, 0.45])
 def test_bump_touches_and_returns_home(distance):
-    walk = walk_at()
-    walk.begin(HOME, EAST, bump=True)
+    walk = setting_out(bump=True)
     log = run(walk, wall_at(distance))
     farthest = log["position"][:, 0].max()
     assert distance <= farthest <= distance + FASTEST * TIMESTEP
@@ -71,8 +69,7 @@ def test_bump_touches_and_returns_home(distance):
 
 
 def test_bump_that_meets_nothing_turns_back_at_half_time():
-    walk = walk_at()
-    walk.begin(HOME, EAST, bump=True)
+    walk = setting_out(bump=True)
     log = run(walk)
     east = log["position"][:, 0]
     assert abs(int(east.argmax()) - STEPS // 2) <= 1
@@ -81,8 +78,7 @@ def test_bump_that_meets_nothing_turns_back_at_half_time():
 
 
 def test_blocked_early_it_returns_home():
-    walk = walk_at()
-    walk.begin(HOME, EAST, bump=False)
+    walk = setting_out()
     log = run(walk, wall_at(0.3))
     assert 0.3 <= log["position"][:, 0].max() <= 0.3 + FASTEST * TIMESTEP
     assert walk.blocked
@@ -90,8 +86,7 @@ def test_blocked_early_it_returns_home():
 
 
 def test_blocked_late_it_waits():
-    walk = walk_at()
-    walk.begin(HOME, EAST, bump=False)
+    walk = setting_out()
     log = run(walk, wall_at(0.5))
     assert walk.blocked
     assert walk.position[0] == pytest.approx(0.5, abs=0.011)
@@ -99,8 +94,7 @@ def test_blocked_late_it_waits():
 
 
 def test_freed_too_late_it_hurries_no_faster_than_it_can():
-    walk = walk_at()
-    walk.begin(HOME, EAST, bump=False)
+    walk = setting_out()
     log = run(walk, lambda walk, step: [(1.0, 0.0)] if 42 <= step < 75 else ())
     # At step 42 it is at 0.42 m; the last five steps take it 0.1 m farther at 1.0 m/s.
     assert walk.position[0] == pytest.approx(0.52)
@@ -113,15 +107,13 @@ def test_freed_too_late_it_hurries_no_faster_than_it_can():
     + [(True, it) for it in ((1.0, 0.0), (math.sqrt(0.5), math.sqrt(0.5)), (0.5, -math.sqrt(0.75)))],
 )
 def test_what_is_ahead_stops_it_and_what_is_beside_or_behind_does_not(stops, direction):
-    walk = walk_at()
-    walk.begin(HOME, EAST, bump=False)
+    walk = setting_out()
     run(walk, lambda walk, step: [direction])
     assert (walk.position, walk.blocked) == (pytest.approx(HOME if stops else EAST), stops)
 
 
 def test_it_turns_to_face_where_it_goes_by_the_shorter_way():
-    walk = walk_at(yaw=3.0)
-    walk.begin(HOME, (-0.8 * math.cos(0.1), -0.8 * math.sin(0.1)), bump=False)  # heading 0.1 - pi, and 0.24 to turn
+    walk = setting_out((-0.8 * math.cos(0.1), -0.8 * math.sin(0.1)), yaw=3.0)  # heading 0.1 - pi, and 0.24 to turn
     log = run(walk)
     assert (log["yaw_rate"][:10] > 0).all()
     assert np.abs(np.diff(log["yaw"])).sum() == pytest.approx(math.tau + 0.1 - math.pi - 3.0, rel=0.2)
@@ -138,8 +130,7 @@ def test_it_never_exceeds_its_limit_nor_jumps(goal, bump, touches):
     def touched(walk, step):
         return [(math.cos(a), math.sin(a)) for begin, count, a in touches if begin <= step < begin + count]
 
-    walk = walk_at()
-    walk.begin(HOME, goal, bump)
+    walk = setting_out(goal, bump)
     log = run(walk, touched)
     assert np.hypot(*log["velocity"].T).max() <= FASTEST + 1e-9
     np.testing.assert_allclose(np.diff(log["position"], axis=0), TIMESTEP * log["velocity"], atol=1e-12)

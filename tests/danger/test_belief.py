@@ -45,7 +45,6 @@ def test_what_nobody_does_and_no_move_tell_nothing(corridor):
     belief = Belief(corridor)
     belief.watch(np.array([[1]]), np.array([[-1]]))
     assert belief.probability == pytest.approx(0.25)
-    # What nobody does tells nothing.
     certain = Belief(corridor)
     certain.probability = np.array([[[[1.0, 0.0], [0.0, 0.0]]]])
     assert watched(certain, (0, 1)) == pytest.approx(np.array([[1.0, 0.0], [0.0, 0.0]]))

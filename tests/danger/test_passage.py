@@ -72,9 +72,6 @@ def test_goals_are_drawn_anew():
     assert chain.transition.toarray() == pytest.approx(0.5)
 
 
-# -- Where a child may be soon, and bumps into any of several things, against values worked by hand ---
-
-
 @pytest.fixture
 def between():
     """Three cells between two objects, one goal that nobody reaches; moves west and east, all of them at random."""
@@ -101,7 +98,6 @@ def test_presence_of_a_child_in_one_state_and_in_several(between):
     # In three: not in the west only after east, east and any; in the middle unless it stayed three times; at the east
     # end after stay, east, east, or east, east and any.
     assert presence(between, west, 3) == pytest.approx([0.75, 0.875, 0.375])
-    # Presence of a child that may be in several states.
     now = np.array([0.5, 0.0, 0.5])
     each = [presence(between, state, 3) for state in np.eye(3)]
     assert presence(between, now, 3) == pytest.approx((each[0] + each[2]) / 2)

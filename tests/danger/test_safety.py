@@ -20,7 +20,6 @@ from hypothesis.extra import numpy as hnp
 from caregiver_mj.danger import safety
 
 NORTH, EAST, SOUTH, WEST = range(4)
-
 EXPERTS = [[(0, EAST), (1, EAST), (2, EAST)], [(1, EAST), (2, EAST)], [(2, EAST)]]
 # With hyperprior 1, east is counted 1 + 1, 2 + 1 and 3 + 1 times in cells 0, 1 and 2; all else once.
 ALPHA = np.array([[1, 2, 1, 1], [1, 3, 1, 1], [1, 4, 1, 1]], float)
@@ -42,7 +41,6 @@ def test_counts_and_their_mean_by_hand():
     # A trajectory counts once however often it passes.
     there_and_back = [(0, EAST), (1, WEST), (0, EAST), (1, EAST)]
     np.testing.assert_array_equal(safety.action_counts([there_and_back], 2, 1.0), [[1, 2, 1, 1], [1, 2, 1, 2]])
-    # The mean by hand.
     np.testing.assert_allclose(safety.action_prior_mean(ALPHA), THETA, rtol=1e-15)
 
 
@@ -83,10 +81,8 @@ def test_probabilities_by_hand():
     # East from cell 1: theta 1/2 against rho 1/4, the odds double: P = 2/3.
     assert log_ratio([(1, EAST)])[0] == pytest.approx(np.log(2), rel=1e-14)
     assert safety.probability_safe(log_ratio([(1, EAST)]))[0] == pytest.approx(2 / 3, rel=1e-14)
-    # A walk by hand.
     # (1/30 * 1/2) / (1/30 * 1/2 + 1/64 * 1/2) = 64 / (64 + 30) = 32/47
     assert safety.probability_safe(log_ratio(WALK))[0] == pytest.approx(32 / 47, rel=1e-14)
-    # A walk with another prior by hand.
     # (1/30 * 1/5) / (1/30 * 1/5 + 1/64 * 4/5) = (1/150) / (1/150 + 1/80) = 80 / (80 + 150) = 8/23
     assert safety.probability_safe(log_ratio(WALK), prior=0.2)[0] == pytest.approx(8 / 23, rel=1e-14)
     # Before the first move it is the prior.
@@ -119,10 +115,8 @@ DAMAGE = np.array([5.0, 4.0])
 def test_distances_and_danger_by_hand():
     # 1/1 and 1/3 of their sum 4/3.
     np.testing.assert_allclose(safety.reach_inverse(DISTANCE), [[3 / 4, 1 / 4]], rtol=1e-15)
-    # Linear distance by hand.
     # The largest distance in the house is 3: 1 - 1/3 and 1 - 3/3.
     np.testing.assert_allclose(safety.reach_linear(DISTANCE, 3.0), [[2 / 3, 0.0]], rtol=1e-15)
-    # Expected danger by hand.
     safe = np.array([32 / 47])
     # (1 - 32/47) = 15/47; times 3/4 * 5 = 15/4 and 1/4 * 4 = 1.
     inverse = safety.expected_danger(safe, safety.reach_inverse(DISTANCE), DAMAGE)

@@ -13,18 +13,7 @@ from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 
-@pytest.fixture
-def corridor():
-    """Three cells in a row, a goal at either end, of moves west and east; no move is random."""
-    greedy = np.zeros((3, 2, 2))
-    greedy[:, 0, 0] = greedy[:, 1, 1] = 1.0
-    next_cell = np.array([[0, 1], [0, 2], [1, 2]])
-    ends = np.array([[0, -1], [-1, -1], [-1, 1]])[..., None] == np.arange(2)
-    return ChildChain(greedy, np.array([0.0]), next_cell, ends, np.full((3, 2), -1), 0)
-
-
 def views(*cells):
-    """Return what is in view, bool (1, 3)."""
     return np.isin(np.arange(3), cells)[None]
 
 
@@ -40,8 +29,13 @@ def test_who_follows_the_caregiver_comes_the_shortest_way():
     assert ways.sum(axis=1).tolist() == [1.0, 1.0]
 
 
-def test_in_a_corridor(corridor):
-    tracker = Tracker(corridor)
+def test_in_a_corridor():
+    """Three cells in a row, a goal at either end, of moves west and east; no move is random."""
+    greedy = np.zeros((3, 2, 2))
+    greedy[:, 0, 0] = greedy[:, 1, 1] = 1.0
+    next_cell = np.array([[0, 1], [0, 2], [1, 2]])
+    ends = np.array([[0, -1], [-1, -1], [-1, 1]])[..., None] == np.arange(2)
+    tracker = Tracker(ChildChain(greedy, np.array([0.0]), next_cell, ends, np.full((3, 2), -1), 0))
     tracker.look(one(-1), views(0))  # not in the west
     assert tracker.presence[0, 0] == pytest.approx([0, 1 / 2, 1 / 2])
     # From the middle it goes west or east; in the east it reaches its goal and stays, or goes to the middle.

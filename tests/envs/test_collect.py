@@ -5,12 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
+from caregiver_mj import FloorPlan
 from caregiver_mj.envs.recipe import RANDOM, Recording, collect
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.spec import EpisodeSpec
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.recording.steps import Store
 from caregiver_mj.viz.episode import Episode
@@ -32,9 +31,8 @@ def test_an_episode_is_that_of_an_evaluation(tmp_path):
     (row,) = evaluate(settings).episodes.to_dict("records")
     found = run(EpisodeSpec(PAPER, 1.0, seed=4), tmp_path)
     assert found.seed == row["seed"]
-    assert {key: found.outcome[key] for key in ("damage", "interventions", "strikes", "toys_reached")} == {
-        key: row[key] for key in ("damage", "interventions", "strikes", "toys_reached")
-    }
+    for key in ("damage", "interventions", "strikes", "toys_reached"):
+        assert found.outcome[key] == row[key]
     assert found.damage.sum() == row["damage"]
     assert found.strikes.sum() == row["strikes"]
     assert found.costs.sum() == row["damage"] + row["strikes"]
@@ -53,35 +51,6 @@ def test_caregivers_choose_targets_in_the_grid(tmp_path):
     useful = cared.observations["action_mask"][np.arange(200), cared.actions]
     assert useful.mean() > 0.9  # with a candle in the hand it may want something else
     assert cared.outcome["damage"] < 0.75 * found[RANDOM].outcome["damage"]
-
-
-@pytest.mark.parametrize(
-    ("name", "own"),
-    [
-        ("childproof", "prepare, destination"),
-        ("foresight", "decide, destination"),
-        ("studies.ablations:Still", "yields"),
-    ],
-)
-def test_who_does_more_than_choose_targets(name, own):
-    words = f"caregiver must do no more than choose targets, got '{name}', which has its own {own}$"
-    with pytest.raises(CaregiverError, match=words):
-        Recording(dataclasses.replace(GRID, caregiver=name)).spaces()
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"world": "grid"}, "task must be targets in the grid, got 'supervise'"),
-        ({"world": "grid", "task": "targets"}, "cameras and seconds must be left out in the grid"),
-        ({"task": "targets"}, "seconds must be left out with targets"),
-        ({"caregiver": "none"}, "caregiver must be one that acts, got 'none'"),
-        ({"task": "targets", "task_kwargs": {}, "caregiver": "knows-goal"}, "needs privileged information"),
-    ],
-)
-def test_what_cannot_be_recorded(changes, message):
-    with pytest.raises(CaregiverError, match=message):
-        Recording(dataclasses.replace(SHORT, **changes)).spaces()
 
 
 def test_answers_are_given_again_in_the_place_of_the_caregiver(tmp_path):

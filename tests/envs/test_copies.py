@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from small import OTHER, PLAN, TARGETS, same
 
-import caregiver_mj
+from caregiver_mj import CaregiverPolicy, load
 from caregiver_mj.envs.houses_vector import GridHousesVector
 
 MAKERS = {
@@ -47,8 +47,8 @@ def test_a_copy_goes_on_as_the_same_episode(kind, how):
 
 
 def test_a_policy_is_copied_with_its_environment():
-    env = caregiver_mj.load("supervise", PLAN, random=1)
-    policy, timestep = caregiver_mj.CaregiverPolicy(env), env.reset()
+    env = load("supervise", PLAN, random=1)
+    policy, timestep = CaregiverPolicy(env), env.reset()
     for _ in range(300):  # the robot is on its way
         timestep = env.step(policy(timestep))
     other, others, seen = *copy.deepcopy((env, policy)), timestep
@@ -63,9 +63,8 @@ EVERY = 40  # control timesteps between pickles: in a turn, under way, at rest, 
 
 @pytest.mark.slow
 def test_a_pickled_environment_goes_on():
-    env = caregiver_mj.load("supervise", "paper", 0.5, 3)
-    policy = caregiver_mj.CaregiverPolicy(env, "foresight")
-    step = env.reset()
+    env = load("supervise", "paper", 0.5, 3)
+    policy, step = CaregiverPolicy(env, "foresight"), env.reset()
     for number in range(5 * EVERY):
         if number % EVERY == 0:
             other_env = pickle.loads(pickle.dumps(env))

@@ -13,10 +13,6 @@ THIRD = FloorPlan.parse("######\n#..SB#\n#....#\n######", "third")
 PLANS = (PLAN, OTHER, THIRD)
 
 
-def anything(random, info):
-    return (random.random_sample(info["action_mask"].shape) * info["action_mask"]).argmax(axis=1)
-
-
 @pytest.mark.parametrize("observation", ["flat", "map"])
 def test_it_is_the_houses_side_by_side(observation):
     families = (1.0, 0.25)
@@ -33,7 +29,7 @@ def test_it_is_the_houses_side_by_side(observation):
     [each.reset(seed=3 + 4 * i) for i, each in enumerate(alone)]
     random = np.random.RandomState(0)
     for step in range(1, 201):
-        actions = anything(random, info)
+        actions = (random.random_sample(info["action_mask"].shape) * info["action_mask"]).argmax(axis=1)
         observations, rewards, terminated, truncated, info = vector.step(actions)
         parts = [each.step(part) for each, part in zip(alone, np.split(actions, 2), strict=True)]
         np.testing.assert_array_equal(rewards, np.concatenate([part[1] for part in parts]))

@@ -8,7 +8,6 @@ import types
 import gymnasium
 import numpy as np
 import pandas as pd
-import pytest
 
 from caregiver_mj import cli
 from caregiver_mj.experiments.spec import episode_seed
@@ -20,9 +19,8 @@ hub = importlib.util.module_from_spec(SPEC)
 SPEC.loader.exec_module(hub)
 
 
-@pytest.mark.parametrize("use_async_envs", [True])
-def test_vectors_of_a_task_reset_and_step(use_async_envs):
-    suites = hub.make_env(2, use_async_envs, types.SimpleNamespace(task="block_stairs", house=HOUSE, size=(64, 48)))
+def test_vectors_of_a_task_reset_and_step():
+    suites = hub.make_env(2, True, types.SimpleNamespace(task="block_stairs", house=HOUSE, size=(64, 48)))
     envs = suites["caregiver_mj"][0]
     try:
         observations, _ = envs.reset(seed=[3, 4])

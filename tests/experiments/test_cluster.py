@@ -9,22 +9,13 @@ import distributed
 import pytest
 from comparing import same, square
 
-from caregiver_mj import cli
+from caregiver_mj import FloorPlan, cli
 from caregiver_mj.experiments.cluster import DaskExecutor
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.workers import WorkerError
-from caregiver_mj.plans.floor_plan import FloorPlan
 
 NOWHERE = "tcp://127.0.0.1:9"  # where nothing listens
-
-
-def start_cluster(workers=2, **options):
-    # A dead worker comes back; a job that kills two of them is given up.
-    with dask.config.set({"distributed.scheduler.allowed-failures": 1}):
-        options = {"threads_per_worker": 1, "dashboard_address": "127.0.0.1:0", "protocol": "tcp://"} | options
-        options["scheduler_kwargs"] = {"host": "127.0.0.1"}
-        return distributed.LocalCluster(n_workers=workers, **options)
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -36,13 +27,12 @@ def environment():
 
 @pytest.fixture(scope="module")
 def cluster():
-    with start_cluster() as cluster:
+    options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": "127.0.0.1:0", "protocol": "tcp://"}
+    # A dead worker comes back; a job that kills two of them is given up.
+    with dask.config.set({"distributed.scheduler.allowed-failures": 1}):
+        cluster = distributed.LocalCluster(**options, scheduler_kwargs={"host": "127.0.0.1"})
+    with cluster:
         yield cluster
-
-
-def has_jobs(cluster, nanny):
-    worker = cluster.scheduler.workers.get(nanny.worker_address)
-    return worker is not None and len(worker.processing) > 0
 
 
 @pytest.mark.slow
@@ -52,7 +42,8 @@ def test_a_killed_worker_changes_nothing(cluster):
     killed = []
 
     def kill_one(episodes):
-        busy = [nanny for nanny in cluster.workers.values() if has_jobs(cluster, nanny)]
+        at_work = {address for address, worker in cluster.scheduler.workers.items() if worker.processing}
+        busy = [nanny for nanny in cluster.workers.values() if nanny.worker_address in at_work]
         if busy and not killed:
             killed.append(busy[0].pid)
             os.kill(busy[0].pid, signal.SIGKILL)
@@ -78,8 +69,6 @@ def test_a_job_that_fails_ends_the_run(cluster, job, message):
             list(executor.run(square, [job]))
         assert list(executor.run(square, [3])) == [(3, 9)]  # and no other one
 
-
-# -- The command -------------------------------------------------------------------------------------
 
 EVALUATE = ["evaluate", "--world", "grid", "--caregiver", "none", "--epsilon", "1", "--episodes", "3"]
 

@@ -7,6 +7,7 @@ import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 from comparing import rows, same
+from walks import neighbours
 
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.run_folder import RunFolder
@@ -51,9 +52,6 @@ def result(settings):
     return evaluate(settings)
 
 
-# -- Rows --------------------------------------------------------------------------------------------
-
-
 def test_contract(settings, result, tmp_path):
     RunFolder(tmp_path, settings.record()).finish(result.episodes, result.summary, result.maps, result.houses)
     episodes = pd.read_parquet(tmp_path / "episodes.parquet")
@@ -67,9 +65,8 @@ def test_contract(settings, result, tmp_path):
     assert (episodes.toys_reached == episodes.toys_by_child.map(sum)).all()
     assert (episodes.children == episodes.damage_by_child.map(len)).all()
     assert (episodes.children == episodes.family.map(lambda name: len(name.split(",")))).all()
-    assert dict(zip(episodes.family, episodes.epsilon, strict=True)) == {
-        str(family): family.epsilon for family in settings.families
-    }
+    epsilons = {str(family): family.epsilon for family in settings.families}
+    assert dict(zip(episodes.family, episodes.epsilon, strict=True)) == epsilons
     schema = pq.read_schema(tmp_path / "episodes.parquet")
     assert {str(schema.field(name).type) for name in COUNTS if name not in SHARES} == {"int64"}
     assert {str(schema.field(name).type) for name in [*DAMAGE, *TIMES, "epsilon"]} == {"double"}
@@ -107,7 +104,7 @@ def test_maps_agree_with_the_rows(settings, result):
     keys = ["world", "house", "caregiver", "family", "epsilon", "row", "column"]
     assert list(maps.columns) == [*keys, "visits", "damage"]
     (plan,) = settings.plans
-    harmless = [all(plan[n] in ".#B" for n in around(cell)) for cell in plan.free_cells]
+    harmless = [all(plan[n] in ".#B" for n in neighbours(cell)) for cell in plan.free_cells]
     damage = result.episodes.groupby(["caregiver", "family"]).damage.sum()
     children = {str(family): len(family) for family in settings.families}
     for key, cells in maps.groupby(["caregiver", "family"]):
@@ -115,10 +112,6 @@ def test_maps_agree_with_the_rows(settings, result):
         assert cells.visits.sum() == 200 * settings.episodes * children[key[1]]
         assert cells.damage.sum() == damage[key] > 0
         assert (cells.damage[harmless] == 0).all()
-
-
-def around(cell):
-    return [(cell[0] + down, cell[1] + right) for down, right in ((-1, 0), (0, 1), (1, 0), (0, -1))]
 
 
 @pytest.mark.parametrize("settings", ["grid"], indirect=True)
@@ -150,9 +143,6 @@ def test_rows_do_not_depend_on_blocks(caregiver, family):
     found = evaluate(settings)
     same(evaluate(settings, grid_block=2), found)
     assert found.episodes.damage.nunique() > 1
-
-
-# -- Several houses ----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("world", ["grid", pytest.param("house", marks=pytest.mark.slow)])

@@ -10,16 +10,13 @@ import pandas as pd
 import pytest
 from comparing import same
 
-from caregiver_mj import cli
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj import CaregiverError, FloorPlan, cli
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.finished import compare_runs, read_finished
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import Settings
-from caregiver_mj.plans.floor_plan import FloorPlan
 
 TINY = FloorPlan.parse("######\n#B.S.#\n#....#\n#C..T#\n######", "tiny")
-
 RUN = Settings(TINY, "grid", ("none", "nearest"), (1.0, 0.5), 5)
 
 
@@ -30,7 +27,6 @@ def run(folder, settings=RUN, grid_block=6, **changes):
 
 @pytest.fixture(scope="module")
 def first(tmp_path_factory):
-    """The folder of the run `RUN`, finished."""
     folder = tmp_path_factory.mktemp("first")
     run(folder)
     return folder
@@ -38,7 +34,6 @@ def first(tmp_path_factory):
 
 @pytest.fixture
 def begun(first, tmp_path):
-    """A copy of it, to be added to or tampered with."""
     return shutil.copytree(first, tmp_path / "begun")
 
 
@@ -80,8 +75,6 @@ def test_nothing_else_is_added(begun, changes, words):
     assert (begun / "summary.json").exists()
 
 
-# -- Other people's code -----------------------------------------------------------------------------
-
 CODE = """\
 from beside_it import WHICH
 from caregiver_mj.caregivers import TargetPolicy
@@ -96,7 +89,6 @@ class Mine(TargetPolicy):
 
 @pytest.fixture
 def plugin(tmp_path, monkeypatch):
-    """A folder with a module of somebody's own."""
     folder = tmp_path / "code"
     folder.mkdir()
     (folder / "a_plugin.py").write_text(CODE)
@@ -129,9 +121,6 @@ def test_a_run_is_not_gone_on_with_by_code_that_has_changed(tmp_path, plugin, ca
         file.write_text(text)
 
 
-# -- Two runs ----------------------------------------------------------------------------------------
-
-
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):
     """Runs of two seeds, and one with more episodes and caregivers."""
@@ -152,9 +141,8 @@ def finished(runs, *names):
 
 def test_runs_are_compared_in_the_episodes_that_both_have(runs):
     found = compare_runs(*finished(runs, "seed0", "more"))
-    assert [(row["baseline"], row["family"], row["episodes"]) for row in found["rows"]] == [
-        (name, family, 8) for name in ("none", "nearest") for family in ("1", "0.5")
-    ]
+    wanted = [(name, family, 8) for name in ("none", "nearest") for family in ("1", "0.5")]
+    assert [(row["baseline"], row["family"], row["episodes"]) for row in found["rows"]] == wanted
     assert all(row["first"] == row["second"] and row["damage_difference_mean"] == 0 for row in found["rows"])
     assert found["settings"] == {"caregivers": [["none", "nearest"], ["guard", "nearest", "none"]], "episodes": [8, 10]}
 
@@ -210,9 +198,8 @@ def test_seeds_are_pooled(runs, tmp_path, capsys):
     assert (pooled.settings.episodes, pooled.seeds) == (16, [(0, 8), (1, 8)])
     keys = ["caregiver", "family", "seed"]
     both = pd.concat([first.episodes, second.episodes]).sort_values(keys, ignore_index=True)
-    pd.testing.assert_frame_equal(
-        pooled.episodes.sort_values(keys, ignore_index=True).drop(columns="episode"), both.drop(columns="episode")
-    )
+    together = pooled.episodes.sort_values(keys, ignore_index=True)
+    pd.testing.assert_frame_equal(together.drop(columns="episode"), both.drop(columns="episode"))
     assert pooled.maps.visits.sum() == first.maps.visits.sum() + second.maps.visits.sum()
     assert len(pooled.maps) == len(first.maps)
     for row in pooled.summary["rows"]:
@@ -231,7 +218,5 @@ def test_a_long_table_is_read_in_a_process_that_has_no_threads_yet(tmp_path):
     """Where memory is limited a library cannot launch any."""
     path, rows = tmp_path / "episodes.parquet", 8_000
     pd.DataFrame({f"column {i}": [float(i % 7), 0.0] * (rows // 2) for i in range(70)}).to_parquet(path)
-    read = (
-        "import pathlib, sys; from caregiver_mj.experiments.finished import _table; _table(pathlib.Path(sys.argv[1]), "
-    )
-    subprocess.run([sys.executable, "-c", f"{read}{rows})", path], check=True)
+    code = "import pathlib, sys; from caregiver_mj.experiments.finished import _table as read"
+    subprocess.run([sys.executable, "-c", f"{code}; read(pathlib.Path(sys.argv[1]), {rows})", path], check=True)

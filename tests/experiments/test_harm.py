@@ -59,12 +59,9 @@ def test_cells_by_hand(cells):
     # Times 4, 3 (but no less than the one before), 2 and 1
     wanted = {("a", 1.0): 1, ("a", 0.5): 4 / 128, ("b", 1.0): 4 / 128, ("b", 0.5): 4 / 16}
     assert bully.harm_p_holm.to_dict() == pytest.approx(wanted)
-    assert bully.harm_verdict.to_dict() == {
-        ("a", 1.0): "no verdict",
-        ("a", 0.5): "more",
-        ("b", 1.0): "more",
-        ("b", 0.5): "no verdict",
-    }
+    more = {house for house, verdict in bully.harm_verdict.items() if verdict == "more"}
+    assert more == {("a", 0.5), ("b", 1.0)}
+    assert set(bully.harm_verdict) == {"more", "no verdict"}
     assert (cells[cells.caregiver == "none"].harm_verdict == "").all()
 
 
@@ -84,8 +81,6 @@ def test_a_harmful_caregiver_is_named(cells):
     assert (paper["cells_harmed"], paper["episodes_worse"]) == (0, pytest.approx(1 / 28))
     assert (paper["worst"]["house"], paper["worst"]["family"], paper["worst"]["verdict"]) == ("b", "0.5", "no verdict")
 
-
-# -- In three parts ----------------------------------------------------------------------------------
 
 COUNTED = ("strikes", "strikes_surface", "gate_strikes", "pinches", "contacts_fast", "candles_dropped")
 MEASURED = ("contact_energy", "contact_speed", "contact_seconds")
@@ -124,9 +119,8 @@ def test_one_event_of_any_kind_is_harm(column):
 def test_the_robot_is_judged_without_a_child_left_alone():
     episodes = in_house(strikes=[0] * 8 + [3, 493], contact_speed=[0.0] * 9 + [0.5])
     (found,) = judge(episodes[episodes.caregiver == "robot"], [], [])
-    assert found["parts"]["robot"]["text"].startswith(
-        "struck a child 496 times in 2 of 10 episodes, at up to 0.50 m/s;"
-    )
+    text = "struck a child 496 times in 2 of 10 episodes, at up to 0.50 m/s;"
+    assert found["parts"]["robot"]["text"].startswith(text)
     assert [part["verdict"] for part in found["parts"].values()] == ["no verdict", "harm", "no verdict"]
 
 

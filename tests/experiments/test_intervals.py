@@ -9,17 +9,6 @@ from caregiver_mj.experiments.intervals import of_mean, of_ratio, quantiles, res
 INF = np.inf
 
 
-@pytest.fixture
-def pairs():
-    """Twenty episodes: ours, theirs."""
-    random = np.random.default_rng(1)
-    theirs = random.poisson(6.0, 20).astype(float)
-    return random.binomial(theirs.astype(int), 0.3).astype(float) + random.poisson(0.5, 20), theirs
-
-
-# -- The parts ---------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("t", "ends"),
     [
@@ -55,13 +44,9 @@ def test_resamples_and_large_ones_in_parts(size):
     assert first.shape == (40, size)
     assert np.abs(first.sum(axis=1) - 1).max() < 1e-9
     assert np.array_equal(first, next(shares(size, 40)))
-    # Large samples come in parts.
     parts = [len(part) for part in shares(4000)]
     assert len(parts) > 1
     assert sum(parts) == resamples(4000)
-
-
-# -- Against all resamples there are -----------------------------------------------------------------
 
 
 def all_pivots(errors):
@@ -95,17 +80,14 @@ def test_ratio_against_all_resamples():
     assert (low, high) == pytest.approx((inside.min(), inside.max()), rel=0.05)
 
 
-# -- Symmetries --------------------------------------------------------------------------------------
-
-
-def test_other_units(pairs):
-    ours, theirs = pairs
+def test_other_units():
+    random = np.random.default_rng(1)
+    theirs = random.poisson(6.0, 20).astype(float)
+    ours = random.binomial(theirs.astype(int), 0.3).astype(float) + random.poisson(0.5, 20)
     assert of_ratio(8 * ours, theirs) == pytest.approx([8 * end for end in of_ratio(ours, theirs)])
     assert of_ratio(ours, 8 * theirs) == pytest.approx([end / 8 for end in of_ratio(ours, theirs)])
     assert of_mean(3 * ours + 7) == pytest.approx([3 * end + 7 for end in of_mean(ours)])
 
-
-# -- Samples that tell little ------------------------------------------------------------------------
 
 ONE = np.eye(20)[0]
 
@@ -143,9 +125,6 @@ def test_one_accident_in_twenty_episodes_bounds_nothing_from_above():
 def test_a_ratio_is_of_what_cannot_be_negative():
     with pytest.raises(ValueError, match="must be at least 0"):
         of_ratio(np.array([1.0, -1.0]), np.array([1.0, 1.0]))
-
-
-# -- Coverage, in short; docs/coverage.md has it at length -------------------------------------------
 
 
 def test_coverage_of_a_skewed_mean():

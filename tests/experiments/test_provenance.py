@@ -26,22 +26,10 @@ FUTURE = "from __future__ import annotations\n"
 NEW_COLUMN = f'    _count("sighs", "int", "", "sighs", "how often somebody sighed"),\n{LAST}'
 
 
-@pytest.fixture
-def checkout(tmp_path):
-    """A copy of the package, to be edited."""
-    ignored = shutil.ignore_patterns("__pycache__")
-    for source, target in (("caregiver_mj", "."), ("tasks", "tasks"), ("models", "models")):
-        shutil.copytree(ROOT / source, tmp_path / "caregiver_mj" / target, ignore=ignored)
-    return tmp_path
-
-
-def python(folder, *said):
-    options = {"cwd": folder, "env": os.environ | {"PYTHONPATH": str(folder)}}
-    return subprocess.run([sys.executable, *said], **options, capture_output=True, text=True, check=False)
-
-
 def run(folder, *more):
-    return python(folder, "-m", "caregiver_mj", "evaluate", *RUN, *more)
+    command = [sys.executable, "-m", "caregiver_mj", "evaluate", *RUN, *more]
+    there = {"cwd": folder, "env": os.environ | {"PYTHONPATH": str(folder)}}
+    return subprocess.run(command, **there, capture_output=True, text=True, check=False)
 
 
 def edit(folder, file, old, new):
@@ -68,7 +56,10 @@ def test_words_are_no_code(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_run_is_not_gone_on_with_by_another_program(checkout):
+def test_a_run_is_not_gone_on_with_by_another_program(tmp_path):
+    checkout, ignored = tmp_path, shutil.ignore_patterns("__pycache__")
+    for source, target in (("caregiver_mj", "."), ("tasks", "tasks"), ("models", "models")):
+        shutil.copytree(ROOT / source, checkout / "caregiver_mj" / target, ignore=ignored)
     (checkout / "mine.py").write_text(MINE)
     assert run(checkout, "--caregiver", *CAREGIVERS, "--episodes", "2").returncode == 0
     before = files(checkout)

@@ -36,7 +36,6 @@ def undisturbed():
 
 
 def start(folder, *more, **options):
-    """Starts the run `LONG` as a real process, beside whose folder its house is written."""
     house = folder.parent / "tiny.txt"
     house.write_text(TINY.text)
     command = [sys.executable, "-m", "caregiver_mj", "evaluate", "--world", "grid", "--epsilon", "1"]

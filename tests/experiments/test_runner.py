@@ -6,12 +6,11 @@ from unittest import mock
 import numpy as np
 import pytest
 
+from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.envs.house import HouseEnv
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.runner import DivergenceError, HouseRollout, make_grid, make_house, run
 from caregiver_mj.experiments.spec import EpisodeSpec, episode_random, episode_streams
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.own import make_policy
 
 PLAN = FloorPlan.parse("########\n#B..S..#\n#......#\n#.C..T.#\n#...B..#\n########", "small")
@@ -22,7 +21,6 @@ GRID = [EpisodeSpec(PLAN, family, "nearest", i, "grid", 3) for family in (1.0, 0
 
 
 def rows(outcome):
-    """What is measured, without the clock."""
     return [{name: value for name, value in row.items() if name != "wall_seconds"} for row in outcome.measured]
 
 
@@ -36,8 +34,6 @@ def in_house():
 
 
 def wild(env):
-    """A policy in whose hands the simulation diverges."""
-
     def act(timestep):
         env.physics.data.qvel[:] = 1e12
         return np.zeros(env.action_spec().shape)
@@ -46,8 +42,6 @@ def wild(env):
 
 
 def slow(env):
-    """A policy of actions of its own."""
-
     def act(timestep):
         action = np.zeros(env.action_spec().shape)
         action[0] = 0.1 * np.sin(timestep.observation["clock"])
@@ -69,12 +63,6 @@ def test_observers_see_every_step_and_change_no_row(in_house):
     assert same(run([HOUSE], [look]), in_house)
     assert len(looks) == 1 + STEPS
     assert in_house.measured[0]["damage"] > 0
-
-
-def test_a_batch_has_the_rows_of_its_episodes_one_by_one():
-    together = rows(run(GRID))
-    assert together == [rows(run([spec]))[0] for spec in GRID]
-    assert len({row["damage"] for row in together}) > 1
 
 
 def test_an_environment_of_gymnasium_has_the_same_episode(in_house):

@@ -4,8 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import caregiver_mj
-from caregiver_mj import tasks
+from caregiver_mj import FloorPlan, load, tasks
 from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.children.child_group import ChildGroup, parts_of, side_by_side
 from caregiver_mj.experiments.evaluation import evaluate
@@ -13,7 +12,6 @@ from caregiver_mj.experiments.score import Scorer, expected_damage, robot_harm, 
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.statistics import comparison_rows
 from caregiver_mj.grid.world import run_episodes
-from caregiver_mj.plans.floor_plan import FloorPlan
 
 PAPER = FloorPlan.load("paper")
 STAIRS = FloorPlan.parse("#####\n#S.B#\n#####", "stairs")
@@ -100,7 +98,7 @@ def test_families_side_by_side_have_each_its_own():
 
 def test_the_front_door_adds_the_score_to_the_outcome():
     options = {"house": STAIRS, "epsilon": 1, "random": 0, "task_kwargs": {"robot": False}}
-    env, plain = caregiver_mj.load("supervise", **options), tasks.load("supervise", **options)
+    env, plain = load("supervise", **options), tasks.load("supervise", **options)
     for one in (env, plain):
         one.reset()
         for _ in range(5 * 84):

@@ -6,51 +6,17 @@ import json
 import numpy as np
 import pytest
 
-from caregiver_mj.children.child_group import ChildGroup, ChildSpec
+from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.children.novice import Novice
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.spec import episode_seed
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
 
 PAPER = FloorPlan.load("paper")
-
-
-@pytest.mark.parametrize(
-    ("wrong", "words"),
-    [
-        ({"caregivers": ("nanny",)}, "no caregiver 'nanny': there are none, .*, knows-goal, floor, and yours"),
-        ({"caregivers": ()}, "caregivers must be at least 1"),
-        ({"families": (0.5, 0.5)}, "all different"),
-        ({"families": (ChildGroup((ChildSpec(0.5, "angel"),)),)}, "no child 'angel'"),
-        ({"plans": (PAPER, PAPER)}, "houses must be at least 1, all different"),
-        (
-            {"plans": (PAPER, FloorPlan.load("house-3", damage=DamageWeights(1, 1, 1)))},
-            "damage must be the same in all houses, got 1:1:1 and 5:4:1",
-        ),
-        ({"world": "grid", "embodiment": "butler"}, "no robot 'butler': there are mobile_fr3, mobile_ur5e"),
-    ],
-)
-def test_bad_settings_are_refused(wrong, words):
-    settings = dataclasses.replace(Settings(PAPER), **wrong)
-    with pytest.raises(CaregiverError, match=words):
-        settings.check()
-    with pytest.raises(CaregiverError, match=words):
-        evaluate(settings)
-
-
-SEVERAL = Settings(
-    FloorPlan.load("paper", cell_size=0.9, damage=DamageWeights(7.5, 1 / 3, 0.0)),
-    "grid",
-    ("none", "guard"),
-    (0.1, "1,adversary:.25"),
-    episodes=7,
-    seed=9,
-    embodiment="mobile_ur5e",
-)
+DEAR = FloorPlan.load("paper", cell_size=0.9, damage=DamageWeights(7.5, 1 / 3, 0.0))
+SEVERAL = Settings(DEAR, "grid", ("none", "guard"), (0.1, "1,adversary:.25"), 7, seed=9, embodiment="mobile_ur5e")
 
 
 def test_the_record_says_everything():

@@ -7,35 +7,21 @@ import pandas as pd
 import pytest
 from comparing import twelve_houses
 
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.experiments import statistics, two_level
 from caregiver_mj.experiments.intervals import of_ratio
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.summary import by_house, summarise
-from caregiver_mj.plans.floor_plan import FloorPlan
+
+HOUSES = twelve_houses()
 
 
 def frame(house="h", epsilon=1.0, toys=0, **damages):
     """Episodes by hand: of each caregiver a list of damages."""
-    return pd.DataFrame(
-        {
-            "world": "grid",
-            "house": house,
-            "caregiver": name,
-            "family": f"{epsilon:g}",
-            "epsilon": epsilon,
-            "episode": episode,
-            "damage": damage,
-            "timesteps_to_threshold": 200 - damage,
-            "cells_visited": 1,
-            "toys_reached": toys,
-        }
-        for name, values in damages.items()
-        for episode, damage in enumerate(values)
-    )
-
-
-# -- One house ---------------------------------------------------------------------------------------
+    rows = [(name, episode, damage) for name, values in damages.items() for episode, damage in enumerate(values)]
+    found = pd.DataFrame(rows, columns=["caregiver", "episode", "damage"])
+    found = found.assign(world="grid", house=house, family=f"{epsilon:g}", epsilon=epsilon)
+    return found.assign(timesteps_to_threshold=200 - found.damage, cells_visited=1, toys_reached=toys)
 
 
 def test_means_by_hand():
@@ -113,39 +99,28 @@ def test_what_does_not_pair_is_refused():
         statistics.comparison_rows(frame(none=[1], paper=[1]), "nanny", "none")
 
 
-# -- Several houses ----------------------------------------------------------------------------------
-
-
 @pytest.fixture(scope="module")
-def houses():
-    return twelve_houses()
-
-
-@pytest.fixture(scope="module")
-def episodes(houses):
+def episodes():
     """The same as rows, at epsilon 1 and, with half of the damage, at .5."""
     parts = [
         frame(f"h{j:02}", epsilon, paper=epsilon * ours, none=epsilon * theirs)
         for epsilon in (1.0, 0.5)
-        for j, (ours, theirs) in enumerate(zip(*houses, strict=True))
+        for j, (ours, theirs) in enumerate(zip(*HOUSES, strict=True))
     ]
     return pd.concat(parts, ignore_index=True)
 
 
-def test_comparison_over_houses(houses, episodes):
+def test_comparison_over_houses(episodes):
     first, second = statistics.comparison_rows(episodes, "paper", "none")
     assert (first["world"], first["epsilon"], second["epsilon"]) == ("grid", 1.0, 0.5)
     assert (first["house"], first["houses"], first["houses_defined"], first["episodes"]) == ("12 houses", 12, 12, 240)
-    left, difference = two_level.of_ratio(*houses), two_level.of_difference(*houses)
+    left, difference = two_level.of_ratio(*HOUSES), two_level.of_difference(*HOUSES)
     assert tuple(first[f"damage_left{part}"] for part in ("", "_ci_low", "_ci_high")) == pytest.approx(left)
-    assert first["damage_left_by_house"] == pytest.approx(two_level.of_mean_ratio(*houses).value)
+    assert first["damage_left_by_house"] == pytest.approx(two_level.of_mean_ratio(*HOUSES).value)
     assert first["damage_difference_mean"] == pytest.approx(2 * second["damage_difference_mean"])
     assert first["damage_difference_ci_low"] == pytest.approx(difference.low)
     assert first["damage_p"] == pytest.approx(2 / 2**12)  # less in all twelve houses
     assert first["damage_verdict"] == "less"
-
-
-# -- The summary -------------------------------------------------------------------------------------
 
 
 def test_who_is_compared_with_whom():
@@ -160,10 +135,7 @@ def test_who_is_compared_with_whom():
     assert (found["comparisons"], found["harm"]) == ([], [])
 
 
-# -- House by house ----------------------------------------------------------------------------------
-
-
-def test_every_house(houses, episodes):
+def test_every_house(episodes):
     table = by_house(episodes)
     assert list(table.columns) == [
         *("world", "house", "caregiver", "family", "epsilon", "episodes"),
@@ -174,9 +146,9 @@ def test_every_house(houses, episodes):
     ]
     assert list(table.house) == [f"h{j:02}" for _ in range(2) for j in range(12) for _ in range(2)]
     paper = table[(table.caregiver == "paper") & (table.family == "1")]
-    assert paper.damage.tolist() == pytest.approx([np.mean(ours) for ours in houses[0]])
+    assert paper.damage.tolist() == pytest.approx([np.mean(ours) for ours in HOUSES[0]])
     assert (table.episodes == 20).all()
-    for row, ours, theirs in zip(paper.itertuples(), *houses, strict=True):
+    for row, ours, theirs in zip(paper.itertuples(), *HOUSES, strict=True):
         found = row.damage_left, row.damage_left_ci_low, row.damage_left_ci_high
         assert found == pytest.approx(of_ratio(ours, theirs))
     assert table[table.caregiver == "none"].damage_left.isna().all()

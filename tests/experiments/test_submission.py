@@ -112,19 +112,6 @@ def test_a_page_has_the_files_of_a_track_together(packed, folder, capsys):
     assert [both.count(f"| `{name}` |") for name in ("none", "floor", "childproof")] == [1, 1, 2]
 
 
-def test_a_page_has_the_files_that_are_as_they_were_and_says_which_are_not(packed, tmp_path, capsys):
-    (tmp_path / "a.submission").write_bytes(packed.read_bytes())
-    (tmp_path / "b.submission").write_bytes(packed.read_bytes()[:100])
-    parts = parts_of(packed)
-    first(parts)["rows"][0]["damage"] += 1
-    write(tmp_path / "c.submission", parts)
-    assert run("leaderboard", tmp_path) == 2
-    told = capsys.readouterr()
-    assert "| `foresight` | A/B | us |" in told.out
-    lines = told.err.strip().splitlines()
-    assert ["b.submission" in lines[-2], "c.submission" in lines[-1]] == [True, True]
-
-
 def test_what_means_something_in_a_table_is_left_out_of_a_page(packed, folder):
     submission, episodes = read_submission(packed), pd.read_parquet(folder / "run" / "episodes.parquet")
     page = board([(submission._replace(card={"title": "<script>", "authors": "a | b"}), episodes)])
@@ -132,9 +119,6 @@ def test_what_means_something_in_a_table_is_left_out_of_a_page(packed, folder):
     settings = dataclasses.replace(submission.settings, houses="x\n\n<script> | row |")
     page = board([(submission._replace(settings=settings), episodes)])
     assert "## grid, x &lt;script> / row /, 2 houses" in page
-
-
-# -- Files that are not as they were written ---------------------------------------------------------
 
 
 def parts_of(path):
@@ -281,12 +265,16 @@ def packed_in_another_way(path):
 
 def test_whatever_a_file_is_one_line_says_so_and_the_others_are_on_the_board(packed, tmp_path, capsys):
     (tmp_path / "good.submission").write_bytes(packed.read_bytes())
+    parts = parts_of(packed)
+    first(parts)["rows"][0]["damage"] += 1
+    write(tmp_path / "edited.submission", parts)
     bad = {tmp_path / f"{make.__name__}.submission": make for make in (nested, encrypted, packed_in_another_way)}
     for path, make in bad.items():
         make(path)
     assert run("leaderboard", tmp_path) == 2
     told = capsys.readouterr()
-    assert "| `mine:Mine` |" in told.out
+    assert "| `mine:Mine` | A/B | us |" in told.out
+    assert "edited.submission" in told.err
     for path in bad:
         assert f"'{path}' is no submission, or a damaged one: " in told.err
 

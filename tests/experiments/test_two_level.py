@@ -7,12 +7,8 @@ from comparing import twelve_houses
 from caregiver_mj.experiments import two_level
 from caregiver_mj.experiments.intervals import of_difference, of_mean, of_ratio
 
+HOUSES = twelve_houses()
 ESTIMATES = (two_level.of_mean_ratio, two_level.of_ratio, two_level.of_difference)
-
-
-@pytest.fixture
-def houses():
-    return twelve_houses()
 
 
 def test_by_hand():
@@ -23,16 +19,16 @@ def test_by_hand():
     assert two_level.of_difference(ours, theirs).value == pytest.approx(-9)
 
 
-def test_houses_count_the_same(houses):
-    ours, theirs = houses
+def test_houses_count_the_same():
+    ours, theirs = HOUSES
     often = [np.tile(ours[0], 5), *ours[1:]], [np.tile(theirs[0], 5), *theirs[1:]]
     for estimate in ESTIMATES:
-        assert estimate(*often).value == pytest.approx(estimate(*houses).value)
+        assert estimate(*often).value == pytest.approx(estimate(*HOUSES).value)
 
 
-def test_episodes_alike_leave_the_chance_of_houses(houses):
+def test_episodes_alike_leave_the_chance_of_houses():
     """With one episode in each house, or many that are all the same, a house is a pair like any other."""
-    ours, theirs = ([house[:1] for house in side] for side in houses)
+    ours, theirs = ([house[:1] for house in side] for side in HOUSES)
     y, x = np.concatenate(ours), np.concatenate(theirs)
     for count in (1, 7):
         found = [[np.tile(house, count) for house in side] for side in (ours, theirs)]
@@ -41,13 +37,13 @@ def test_episodes_alike_leave_the_chance_of_houses(houses):
         assert two_level.of_mean(found[0]) == pytest.approx(of_mean(y), rel=0.05)
 
 
-def test_columns_of_houses(houses):
-    other = [house[::-1] + 1 for house in houses[0]]
-    both = [[np.stack(pair, axis=1) for pair in zip(*sides, strict=True)] for sides in ((houses[0], other), houses)]
+def test_columns_of_houses():
+    other = [house[::-1] + 1 for house in HOUSES[0]]
+    both = [[np.stack(pair, axis=1) for pair in zip(*sides, strict=True)] for sides in ((HOUSES[0], other), HOUSES)]
     for estimate in ESTIMATES:
         found = estimate(*both)
-        assert found.column(0) == pytest.approx(estimate(houses[0], houses[0]))
-        assert found.column(1) == pytest.approx(estimate(other, houses[1]))
+        assert found.column(0) == pytest.approx(estimate(HOUSES[0], HOUSES[0]))
+        assert found.column(1) == pytest.approx(estimate(other, HOUSES[1]))
 
 
 def test_little_to_go_on():
@@ -69,9 +65,9 @@ def test_houses_that_are_all_the_same(houses, wanted):
     assert two_level.of_mean(ours) == (2, 2, 2)
 
 
-def test_ratios_that_may_be_negative(houses):
+def test_ratios_that_may_be_negative():
     """Ours less theirs over theirs is the ratio less 1, and so are its ends."""
-    ours, theirs = houses
+    ours, theirs = HOUSES
     less = [y - x for y, x in zip(ours, theirs, strict=True)]
     wanted = np.subtract(two_level.of_ratio(ours, theirs), 1)
     assert two_level.of_ratio(less, theirs, least=-np.inf) == pytest.approx(wanted)

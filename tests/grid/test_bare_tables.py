@@ -2,46 +2,31 @@
 
 import numpy as np
 import pytest
-from test_grid import WEST
 from worlds import streams
 
 from caregiver_mj.caregivers import make_caregiver
 from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.children.child_group import CHILDREN
-from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.grid.world import BareTablesWorld, GridWorld, run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
-
-def moving(action, timesteps=1):
-    """A stream on which a novice of epsilon 1 makes one move, always."""
-    return [RandomStream(np.zeros(3), np.tile([0.0, (action + 0.5) / 4, 0.0], (timesteps, 1)))]
-
-
-@pytest.fixture(scope="module")
-def paper():
-    return FloorPlan.load("paper")
-
-
-def run_bare_tables(plan, family, seeds):
-    """Return the ledger of some episodes."""
-    return BareTablesWorld(plan, family).run(streams(seeds))
+PAPER = FloorPlan.load("paper")
 
 
 @pytest.mark.parametrize(("epsilon", "left"), [(1.0, 0.25), (0.05, 0.15)])
-def test_bare_tables_only_in_the_paper_house(paper, epsilon, left):
+def test_bare_tables_only_in_the_paper_house(epsilon, left):
     """The figures are an independent simulation's, with two decimals."""
-    alone, bare = run_episodes(paper, epsilon, None, range(500)), run_bare_tables(paper, epsilon, range(500))
+    alone, bare = run_episodes(PAPER, epsilon, None, range(500)), BareTablesWorld(PAPER, epsilon).run(streams(500))
     assert bare.damage.mean() / alone.damage.mean() == pytest.approx(left, abs=0.015)
 
 
 @pytest.mark.parametrize("child", CHILDREN)
-def test_with_bare_tables_only_there_are_bumps_into_these_and_nothing_else(paper, child):
-    totals = run_bare_tables(paper, f"{child}:0.75", range(20)).totals()
+def test_with_bare_tables_only_there_are_bumps_into_these_and_nothing_else(child):
+    totals = BareTablesWorld(PAPER, f"{child}:0.75").run(streams(20)).totals()
     assert (totals["damage"] == totals["damage_table"]).all()
     if child == "novice":  # no bump takes it anywhere else, so it goes the same ways
-        alone = run_episodes(paper, 0.75, None, range(20)).totals()
+        alone = run_episodes(PAPER, 0.75, None, range(20)).totals()
         assert (totals["damage"] == alone["damage_table"] + alone["damage_candle"] / 4).all()
         assert (totals["moves_blocked"] == alone["damage_stairwell"] / 5).all()
         assert (totals["toys_reached"] == alone["toys_reached"]).all()
@@ -60,7 +45,7 @@ def test_a_child_that_stays_comes_to_no_harm_and_to_no_toy(west):
     plan = FloorPlan.parse(f"#######\n##{west}..##\n##B..T#\n#C....#\n#######")
     world = GridWorld(plan, 1.0, make_caregiver("paper", plan))
     world.behaviours = [Statue(plan, 1.0)]
-    world.reset([moving(WEST, 30)])
+    world.reset(streams(1, 30))
     world.child_cell[:] = plan.cell_index[(1, 3)]
     world.caregiver_cell[:] = plan.cell_index[(3, 4)]
     world.goal[:] = 0

@@ -2,21 +2,18 @@
 
 import numpy as np
 import pytest
-from worlds import streams
+from worlds import begun, streams
 
+from caregiver_mj import FloorPlan
 from caregiver_mj.caregivers.caregiver import PrivilegedCaregiver
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.registry import CAREGIVERS, make_caregiver
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.visibility import ALL_ROUND
 
 
 class Watching(PaperCaregiver):
-    """Keeps what it was shown."""
-
     def reset(self, *args, **kwargs):
         super().reset(*args, **kwargs)
         self.shown = []
@@ -30,8 +27,7 @@ class Watching(PaperCaregiver):
 def test_what_is_seen_is_true_and_the_rest_is_not_told(sight):
     plan = FloorPlan.load("apartment")
     caregiver = Watching(plan)
-    world = GridWorld(plan, "1,.25", caregiver, sight=sight)
-    world.reset(streams(range(5), children=2))
+    world = begun(GridWorld(plan, "1,.25", caregiver, sight=sight), range(5), children=2)
     for _ in range(60):
         world.step()
         cell, action, seen = caregiver.shown[-1]
@@ -50,8 +46,7 @@ def test_what_is_out_of_sight_changes_nothing(name):
     )
     moves = []
     for seeds in ([3], [4]):
-        world = GridWorld(plan, 1.0, make_caregiver(name, plan), sight="walls")
-        world.reset(streams(seeds))
+        world = begun(GridWorld(plan, 1.0, make_caregiver(name, plan), sight="walls"), seeds)
         world.caregiver_cell[:] = plan.cell_index[(1, 1)]
         world.child_cell[:] = plan.cell_index[(1, 11)]
         world.eyes = type(world.eyes)(world, world.sight)
@@ -68,8 +63,7 @@ def test_what_is_out_of_sight_changes_nothing(name):
 
 def test_whoever_stands_still_turns_round():
     plan = FloorPlan.load("paper")
-    world = GridWorld(plan, 0.5, make_caregiver("guard", plan), sight="camera")
-    world.reset(streams([0]))
+    world = begun(GridWorld(plan, 0.5, make_caregiver("guard", plan), sight="camera"), 1)
     headings = set()
     for _ in range(20):
         before = world.caregiver_cell.copy()
@@ -82,8 +76,7 @@ def test_whoever_stands_still_turns_round():
 
 def test_it_finds_out_what_has_become_of_things_by_looking():
     plan = FloorPlan.parse("#########\n#B..#..o#\n#...#.#.#\n#.......#\n#########", "battery")
-    world = GridWorld(plan, 0.5, make_caregiver("nearest", plan), sight="walls")
-    world.reset(streams([0]))
+    world = begun(GridWorld(plan, 0.5, make_caregiver("nearest", plan), sight="walls"), 1)
     world.caregiver_cell[:] = plan.cell_index[(1, 2)]
     world.state[:] = 0
     world.eyes = type(world.eyes)(world, world.sight)
@@ -95,20 +88,13 @@ def test_it_finds_out_what_has_become_of_things_by_looking():
     assert world.percept().gone.all()
 
 
-def test_whoever_is_told_has_eyes_for_everything():
-    plan = FloorPlan.load("paper")
-    with pytest.raises(CaregiverError, match="sight must be all"):
-        GridWorld(plan, 0.5, make_caregiver("knows-goal", plan), sight="walls")
-
-
 @pytest.mark.parametrize(
     "name", [name for name, kind in CAREGIVERS.items() if kind and not issubclass(kind, PrivilegedCaregiver)]
 )
 def test_every_caregiver_can_do_with_its_own_eyes(name):
     plan, damage = FloorPlan.load(HOME), []
     for _ in range(2):
-        world = GridWorld(plan, "1,.25", make_caregiver(name, plan), sight="camera")
-        world.reset(streams(range(3), children=2))
+        world = begun(GridWorld(plan, "1,.25", make_caregiver(name, plan), sight="camera"), range(3), children=2)
         for _ in range(40):
             world.step()
         damage.append(world.ledger.damage)
@@ -134,8 +120,7 @@ HALL = "########\n#S....B#\n########"
 
 def test_it_does_not_walk_into_a_child_behind_its_back_and_feels_it():
     plan = FloorPlan.parse(HALL, "hall")
-    world = GridWorld(plan, 0.5, make_caregiver("guard", plan), sight="camera")
-    world.reset(streams([0]))
+    world = begun(GridWorld(plan, 0.5, make_caregiver("guard", plan), sight="camera"), 1)
     caregiver, child = plan.cell_index[(1, 4)], plan.cell_index[(1, 3)]
     world.caregiver_cell[:], world.child_cell[:] = caregiver, child
     world.eyes = type(world.eyes)(world, world.sight)
@@ -151,8 +136,7 @@ def test_it_does_not_walk_into_a_child_behind_its_back_and_feels_it():
 
 def test_the_rule_weighs_what_it_fears_by_where_the_child_may_be():
     plan = FloorPlan.parse("#########\n#S.....S#\n####B####\n#########", "two stairs")
-    world = GridWorld(plan, 0.5, make_caregiver("expected-danger", plan), sight="walls")
-    world.reset(streams([0]))
+    world = begun(GridWorld(plan, 0.5, make_caregiver("expected-danger", plan), sight="walls"), 1)
     west, east = plan.cell_index[(1, 2)], plan.cell_index[(1, 5)]
     joint = np.zeros_like(world.eyes.tracker.joint)
     joint[:, :, west], joint[:, :, east] = 0.75 / joint[0, 0, 0].size, 0.25 / joint[0, 0, 0].size

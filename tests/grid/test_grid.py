@@ -8,28 +8,21 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_plans import plan_texts, plans_with_things
-from worlds import streams
+from worlds import begun, streams
 
+from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.caregivers import CAREGIVERS, Caregiver, make_caregiver
 from caregiver_mj.children.child_group import CHILDREN
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS, RandomStream
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld, run_episodes
 from caregiver_mj.interventions.verb import DO_NOTHING, Intervention, Interventions
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.generator import generate
 from caregiver_mj.plans.hazards import NOTHING, State
 
 STEPS = ((-1, 0), (0, 1), (1, 0), (0, -1))
 EPSILONS = (1.0, 0.75, 0.5, 0.25, 0.05)
+PAPER = FloorPlan.load("paper")
 
-
-@pytest.fixture(scope="module")
-def paper():
-    return FloorPlan.load("paper")
-
-
-# -- Figures -------------------------------------------------------------------------------------
 
 # Unassisted novices in the house `paper`: an independent simulation of 4,000 episodes a row.
 #        epsilon: damage, timesteps to threshold, cells visited, toys reached
@@ -45,8 +38,8 @@ ROUNDING = 0.05  # the published figures have one decimal
 
 
 @pytest.mark.parametrize("epsilon", EPSILONS)
-def test_unassisted_novices_come_to_the_published_figures(paper, epsilon):
-    totals = run_episodes(paper, epsilon, None, range(500)).totals()
+def test_unassisted_novices_come_to_the_published_figures(epsilon):
+    totals = run_episodes(PAPER, epsilon, None, range(500)).totals()
     names = ("damage", "timesteps_to_threshold", "cells_visited", "toys_reached")
     for name, published in zip(names, ALONE[epsilon], strict=True):
         figure = totals[name]
@@ -59,18 +52,15 @@ ASSISTED = {1.0: (0.32, 105), 0.5: (0.29, 170), 0.05: (0.38, 198)}
 
 
 @pytest.mark.parametrize("epsilon", ASSISTED)
-def test_the_caregiver_prevents_most_of_the_damage_and_leaves_the_toys(paper, epsilon):
-    alone = run_episodes(paper, epsilon, None, range(400)).totals()
-    assisted = run_episodes(paper, epsilon, make_caregiver("paper", paper), range(400)).totals()
+def test_the_caregiver_prevents_most_of_the_damage_and_leaves_the_toys(epsilon):
+    alone = run_episodes(PAPER, epsilon, None, range(400)).totals()
+    assisted = run_episodes(PAPER, epsilon, make_caregiver("paper", PAPER), range(400)).totals()
     left, timesteps = ASSISTED[epsilon]
     assert assisted["damage"].mean() <= left * alone["damage"].mean()
     assert assisted["timesteps_to_threshold"].mean() >= timesteps
     if epsilon < 1:  # random motion reaches half a toy an episode
         assert assisted["toys_reached"].mean() >= 0.97 * alone["toys_reached"].mean()
     assert (assisted["interventions_done"] <= assisted["interventions"]).all()
-
-
-# -- A plain world -------------------------------------------------------------------------------
 
 
 class PlainWorld:
@@ -308,10 +298,8 @@ def batched_state(world, i):
     )
 
 
-@functools.lru_cache(maxsize=1)
-def plain_world(text, assisted):
-    """One for all episodes in a house: what it finds out about the house takes longest."""
-    return PlainWorld(text, assisted)
+# One for all episodes in a house: what it finds out about the house takes longest.
+plain_world = functools.lru_cache(maxsize=1)(PlainWorld)
 
 
 def compare_with_the_plain_world(text, epsilon, assisted, seeds, timesteps):
@@ -357,11 +345,8 @@ def test_without_a_caregiver_it_is_the_plain_world_step_by_step(text, epsilon, s
 
 
 @pytest.mark.parametrize("epsilon", [1.0, 0.25])
-def test_in_the_paper_house_it_is_the_plain_world_for_whole_episodes(paper, epsilon):
-    compare_with_the_plain_world("\n".join(paper.rows), epsilon, True, range(2), EPISODE_TIMESTEPS)
-
-
-# -- Invariants ----------------------------------------------------------------------------------
+def test_in_the_paper_house_it_is_the_plain_world_for_whole_episodes(epsilon):
+    compare_with_the_plain_world("\n".join(PAPER.rows), epsilon, True, range(2), EPISODE_TIMESTEPS)
 
 
 @settings(max_examples=12, deadline=None)
@@ -373,8 +358,7 @@ def test_in_the_paper_house_it_is_the_plain_world_for_whole_episodes(paper, epsi
 )
 def test_nothing_impossible_happens(text, child, epsilon, name):
     plan = FloorPlan.parse(text)
-    world = GridWorld(plan, f"{child}:{epsilon}", make_caregiver(name, plan))
-    world.reset(streams(range(6)))
+    world = begun(GridWorld(plan, f"{child}:{epsilon}", make_caregiver(name, plan)), range(6))
     between = plan.graph.distances_from(range(len(plan.caregiver_cells)))
     worlds = np.arange(6)
     for _ in range(60):
@@ -391,9 +375,6 @@ def test_nothing_impossible_happens(text, child, epsilon, name):
     assert (totals["damage"] == sum(totals[f"damage_{kind}"] for kind in ("stairwell", "candle", "table"))).all()
     assert (totals["interventions_done"] <= totals["interventions"]).all()
     assert (totals["moves_blocked"] <= 60).all()
-
-
-# -- The caregiver's manners, by hand ------------------------------------------------------------
 
 
 class Fixed(Caregiver):
@@ -416,12 +397,10 @@ def moving(world, action, timesteps=1):
     world.reset([[RandomStream(np.zeros(3), np.tile([0.0, (action + 0.5) / 4, 0.0], (timesteps, 1)))]])
 
 
-NORTH, EAST, SOUTH, WEST = range(4)
+NORTH = 0
 
 
 class Waits(Fixed):
-    """Waits in a cell."""
-
     waits = True
 
     def decide(self, percept):
@@ -466,9 +445,6 @@ def test_a_share_of_an_action_that_is_left_counts_for_the_next_timestep(actions,
     np.testing.assert_allclose(told, [left / actions for count in counts for left in range(count, 0, -1)])
 
 
-# -- Several children ------------------------------------------------------------------------------
-
-
 @settings(max_examples=15, deadline=None)
 @given(
     plan_texts(largest=12),
@@ -480,8 +456,7 @@ def test_children_are_never_in_one_cell_nor_in_the_caregivers(text, family, name
     children = family.count(",") + 1
     if len(plan.free_cells) <= children:
         return
-    world = GridWorld(plan, family, make_caregiver(name, plan))
-    world.reset(streams(range(6), children=children))
+    world = begun(GridWorld(plan, family, make_caregiver(name, plan)), range(6), children=children)
     for _ in range(40):
         world.step()
         cells = np.concatenate([world.child_cell, world.caregiver_cell[:, None]], axis=1)
@@ -493,9 +468,6 @@ def test_children_are_never_in_one_cell_nor_in_the_caregivers(text, family, name
         outcome = world.ledger.outcome(i)
         assert sum(outcome["damage_by_child"]) == outcome["damage"] == totals["damage"][i]
         assert sum(outcome["toys_by_child"]) == outcome["toys_reached"]
-
-
-# -- Large houses --------------------------------------------------------------------------------
 
 
 def test_a_house_whose_paths_would_not_fit_into_memory_is_refused_before_they_are_made(monkeypatch):

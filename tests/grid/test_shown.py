@@ -15,8 +15,6 @@ SEEN = ("child_cell", "previous_cell", "previous_action", "caregiver_cell", "can
 
 
 class Writing(Caregiver, PrivilegedCaregiver):
-    """Writes into a part of what it is shown."""
-
     def __init__(self, plan, part):
         super().__init__(plan)
         self.part = part
@@ -38,8 +36,6 @@ def test_a_caregiver_cannot_write_into_the_world(part):
 
 
 class Scribbling(Novice):
-    """Writes into a part of what it is shown."""
-
     part = ""
 
     def reconsider(self, goal, draw):

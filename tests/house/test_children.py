@@ -42,9 +42,6 @@ def timestep(child, *touches, candles=()):
     return child.end()
 
 
-# -- Harm --------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("touches", "harm"),
     [
@@ -64,19 +61,11 @@ def test_the_worst_contact_of_a_timestep_counts_once(touches, harm):
 def test_a_table_hurts_as_what_stands_on_it_and_as_the_plan_says():
     assert timestep(child_in((1, 3)), touch("table", 1), candles=(0,)).harm[:4].tolist() == [0, 0, 1, 0]
     assert timestep(child_in((1, 3)), touch("table", 1), candles=(1,)).harm[:4].tolist() == [0, 4, 0, 0]
-    # Damage is that of the plan.
     plan = FloorPlan.parse("\n".join(ROOM.rows), damage=DamageWeights(1.0, 2.0, 7.0))
     child = child_in((1, 3), plan=plan)
-    assert timestep(child, touch("stairwell", 0), touch("candle", 0), touch("table", 0)).harm[:4].tolist() == [
-        0,
-        0,
-        7,
-        0,
-    ]
-    assert timestep(child, touch("stairwell", 0), touch("candle", 0)).harm[:4].tolist() == [0, 2, 0, 0]
-
-
-# -- Moves -------------------------------------------------------------------------------------------
+    stairs, candle, table = (touch(kind, 0) for kind in ("stairwell", "candle", "table"))
+    assert timestep(child, stairs, candle, table).harm[:4].tolist() == [0, 0, 7, 0]
+    assert timestep(child, stairs, candle).harm[:4].tolist() == [0, 2, 0, 0]
 
 
 def test_a_move_takes_it_to_the_next_cell_and_a_bump_leaves_it_where_it_was():
@@ -84,7 +73,6 @@ def test_a_move_takes_it_to_the_next_cell_and_a_bump_leaves_it_where_it_was():
     booking = timestep(child)
     assert (booking.begun, booking.ended) == (ROOM.cell_index[1, 3], ROOM.cell_index[2, 3])
     assert child.position == pytest.approx(ROOM.position((2, 3)))
-    # A bump leaves it where it was.
     child = child_in((2, 3), SOUTH)  # into the table with the candle
     booking = timestep(child)
     assert booking.begun == booking.ended == child.cell == ROOM.cell_index[2, 3]
@@ -109,9 +97,6 @@ def test_a_toy_is_the_bin_that_it_wants():
     booking = timestep(child, touch("bin", wanted), touch("bin", wanted))
     assert booking.toy
     assert child.goal == int(stream().steps[0, 2] * 2)  # by the third draw of the timestep
-
-
-# -- The robot in its way ----------------------------------------------------------------------------
 
 
 STAIRWELL, FREE_CELL, NOT = [True, False], [False, True], [False, False]  # what it was denied
@@ -152,16 +137,12 @@ def test_a_robot_in_the_cell_of_a_thin_wall_is_taken_to_be_in_the_nearest_one():
     assert CORRIDOR.is_wall(CORRIDOR.cell_at((x, y + off)))
 
 
-# -- Several children --------------------------------------------------------------------------------
-
-
 @pytest.fixture(scope="module")
 def physics():
     return Physics.from_plan(CORRIDOR, robot=False, children=3)
 
 
 def corridor(physics, *places) -> Children:
-    """Children in the corridor's columns, with the moves that they make."""
     children = Children(CORRIDOR, [Scripted(CORRIDOR, move) for _, move in places], MOVE)
     for number, (column, _) in enumerate(places):
         children.start(number, stream(number), CORRIDOR.cell_index[1, column], 0.0, physics)
@@ -169,7 +150,6 @@ def corridor(physics, *places) -> Children:
 
 
 def begin(physics, *places):
-    """Where children set out for: columns."""
     children = corridor(physics, *places)
     children.begin(0, RANDOM, physics)
     return [CORRIDOR.free_cells[child.move.going][1] for child in children]
@@ -192,8 +172,7 @@ def test_nobody_sets_out_for_a_cell_where_another_is_or_will_be(physics, places,
     assert begin(physics, *places) == going
 
 
-# -- Compliant: exactly the kinematic one where nothing touches it, and pushed aside where something does -----------
-
+# A compliant child is where the kinematic one is, unless something touches it.
 HALL = FloorPlan.parse("############\n#..........#\n#B.........#\n#..........#\n############", "hall")
 
 

@@ -38,7 +38,6 @@ def test_contacts_at_a_time_are_one_whose_forces_add_up_and_what_is_no_robot_is_
     assert tally.contact_seconds == pytest.approx(2 * STEP)
     assert (tally.contact_force, tally.contact_force_legs, tally.contact_force_trunk) == (50.0, 30.0, 20.0)
     assert (tally.contact_force_head, tally.contact_impulse) == (0.0, pytest.approx(60.0 * STEP))
-    # Nothing is counted of what is no robot.
     assert counted(touch(0.0, 1.0, 50.0, kind="wall"), touch(0.0, 1.0, 50.0, kind="table")) == Contacts()
 
 
@@ -147,9 +146,8 @@ def opposite(kind, degrees=180.0, index=-1):
 def test_a_child_is_pinched_between_the_robot_and_what_gives_no_way(kind):
     assert counted(touch(0.0), opposite(kind)).pinches == 1
     assert counted(touch(0.0), opposite(kind)).pinch_seconds == STEP
-    assert (
-        counted(touch(0.0), opposite(kind, 121.0)).pinches == counted(opposite(kind, -121.0), touch(0.0)).pinches == 1
-    )
+    assert counted(touch(0.0), opposite(kind, 121.0)).pinches == 1
+    assert counted(opposite(kind, -121.0), touch(0.0)).pinches == 1
     assert counted(touch(0.0), opposite(kind, 119.0)).pinches == counted(touch(0.0), opposite(kind, 0.0)).pinches == 0
     assert counted(opposite(kind)) == Contacts()
     assert counted(touch(0.005), opposite(kind)).pinches == 0  # one after the other
@@ -194,9 +192,8 @@ def touched_by_a_base_that_moves(velocity, told=(0.0, 0.0, 0.0)):
     with physics.reset_context():
         physics.set_robot(np.array([0.0, 0.0, 0.0]))
         physics.data.qpos[physics.model.joint("toddler/y").qposadr] = -reach
-    physics.data.qvel[[physics.model.joint(f"robot/{name}").dofadr[0] for name in physics.embodiment.names.base]] = (
-        velocity
-    )
+    base = [physics.model.joint(f"robot/{name}").dofadr[0] for name in physics.embodiment.names.base]
+    physics.data.qvel[base] = velocity
     action = np.zeros(physics.action_spec().shape)
     action[physics.embodiment.layout.base] = told
     action[physics.embodiment.layout.arm] = physics.arm_position()

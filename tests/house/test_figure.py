@@ -5,11 +5,10 @@ import pickle
 import numpy as np
 import pytest
 
-import caregiver_mj
+from caregiver_mj import FloorPlan, load
 from caregiver_mj.children.walk import ToddlerWalk
 from caregiver_mj.house.figure import Mood
 from caregiver_mj.house.physics import Physics
-from caregiver_mj.plans.floor_plan import FloorPlan
 
 ROOM = FloorPlan.parse("#######\n#B....#\n#..o..#\n#.....#\n#.S..T#\n#######", "room")
 STEP = 0.02  # seconds
@@ -35,11 +34,7 @@ class Walker:
             self.physics.forward()
             looks.append(self.physics.data.geom_xpos.copy())
         names = [self.physics.model.geom(i).name for i in range(self.physics.model.ngeom)]
-        return {
-            name.removeprefix("toddler/"): np.array(looks)[:, i]
-            for i, name in enumerate(names)
-            if name.startswith("toddler/")
-        }
+        return {name.removeprefix("toddler/"): np.array(looks)[:, i] for i, name in enumerate(names)}
 
 
 @pytest.mark.parametrize("robot", [False, True])
@@ -47,7 +42,7 @@ def test_with_a_figure_everything_happens_exactly_as_without(robot):
     states, shown = [], []
     for visuals in (True, False):
         kwargs = {"robot": robot, "time_limit": 20.0}
-        env = caregiver_mj.load("supervise", ROOM, "1,1", random=1, task_kwargs=kwargs, visuals=visuals)
+        env = load("supervise", ROOM, "1,1", random=1, task_kwargs=kwargs, visuals=visuals)
         timestep = env.reset()
         action = np.zeros(env.action_spec().shape)
         for _ in range(900):

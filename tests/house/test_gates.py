@@ -7,12 +7,9 @@ import numpy as np
 import pytest
 from scripted_child import EAST, NORTH, Scripted
 
-import caregiver_mj
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj import FloorPlan, load
 from caregiver_mj.house.physics import Physics
-from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans import layout
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import State
 
 CORNER = FloorPlan.parse("#######\n#B...G#\n#.....#\n#######", "corner")  # its stairs go down to the north
@@ -66,7 +63,7 @@ def test_one_that_has_not_latched_swings_open_again(physics):
 
 def bumping(cell, action, close=False, claims=False):
     """An episode without a robot in which a child moves one way, again and again."""
-    env = caregiver_mj.load("supervise", CORNER, random=0, task_kwargs={"robot": False}, visuals=False)
+    env = load("supervise", CORNER, random=0, task_kwargs={"robot": False}, visuals=False)
     env.reset()
     if close:
         turn(env.physics, 20.0, 6.0)
@@ -109,8 +106,3 @@ def test_every_episode_begins_with_it_open_and_it_is_observed():
     assert env.reset().observation["gate_position"] == pytest.approx([layout.GATE_OPEN])
     assert env.task.children.state.tolist() == [State.AS_PLANNED]
     assert env.observation_spec()["gate_position"].shape == (1,)
-
-
-def test_gates_are_of_one_size():
-    with pytest.raises(CaregiverError, match=r"cells must be of 0.75 m in a house with gates, got 1"):
-        build_house(FloorPlan.parse(CORNER.text, cell_size=1.0))

@@ -5,15 +5,16 @@ import math
 import numpy as np
 import pytest
 
+from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.children.walk import ToddlerWalk
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans import layout
-from caregiver_mj.plans.floor_plan import FloorPlan
 
 #                        west          east
 PLAN = FloorPlan.parse("#######\n#B....#\n#..C..#\n#.....#\n#.S..T#\n#######", "small")
 
+# With all that can stand, or lie, in a house.
+EVERYTHING = FloorPlan.parse("########\n#B....G#\n#..M.o.#\n#.C....#\n#.S..TB#\n########", "home")
 ROOMY = (1, 4)  # a cell with nothing beside it to the south and west
 
 
@@ -37,9 +38,6 @@ def house(children=1, robot=False, visuals=True) -> Physics:
     return physics
 
 
-# -- The model ---------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("robot", ["mobile_fr3", "mobile_ur5e"])
 def test_without_visuals_the_house_is_smaller_and_everything_moves_exactly_as_with_them(robot):
     seen, bare = (house(robot=robot, visuals=visuals) for visuals in (True, False))
@@ -54,14 +52,8 @@ def test_without_visuals_the_house_is_smaller_and_everything_moves_exactly_as_wi
     np.testing.assert_array_equal(bare.data.qvel, seen.data.qvel)
 
 
-@pytest.fixture(scope="module")
-def everything():
-    """A plan with all that can stand, or lie, in a house."""
-    return FloorPlan.parse("########\n#B....G#\n#..M.o.#\n#.C....#\n#.S..TB#\n########", "home")
-
-
-def test_everything_falls_asleep_at_the_speeds_at_which_it_does_without_visuals(everything):
-    seen, bare = (Physics.from_plan(everything, False, visuals=visuals) for visuals in (True, False))  # robots never do
+def test_everything_falls_asleep_at_the_speeds_at_which_it_does_without_visuals():
+    seen, bare = (Physics.from_plan(EVERYTHING, False, visuals=visuals) for visuals in (True, False))  # robots never do
     np.testing.assert_array_equal(bare.model.dof_length, seen.model.dof_length)  # times a turn's speed
     for thing, metres in (("candle_0", 0.175), ("mug_0", 0.131)):
         turning = seen.model.joint(f"{thing}/joint").dofadr[0] + np.arange(3, 6)
@@ -69,17 +61,14 @@ def test_everything_falls_asleep_at_the_speeds_at_which_it_does_without_visuals(
 
 
 @pytest.mark.parametrize("robot", ["mobile_fr3", "mobile_ur5e"])
-def test_bodies_that_move_and_can_collide_have_only_geoms_that_can(robot, everything):
-    model = Physics.from_plan(everything, robot).model
+def test_bodies_that_move_and_can_collide_have_only_geoms_that_can(robot):
+    model = Physics.from_plan(EVERYTHING, robot).model
     can = (model.geom_contype | model.geom_conaffinity) > 0
     moves = model.body_weldid[model.geom_bodyid] > 0
     colliding = np.isin(model.geom_bodyid, model.geom_bodyid[can & moves])
     names = [model.geom(int(i)).name for i in np.flatnonzero(colliding & ~can)]
     assert not names
     assert can[colliding].sum() > 15
-
-
-# -- Actions -----------------------------------------------------------------------------------------
 
 
 def test_actions_are_checked():
@@ -128,15 +117,6 @@ def test_a_finger_that_is_pushed_in_hardly_pushes_back_and_grips_as_hard_as_ever
         physics.set_robot(np.zeros(3))
 
 
-# -- Touches -----------------------------------------------------------------------------------------
-
-
-def felt(physics) -> set[tuple[int, str, int]]:
-    """Who touches what in a step: child, kind, number."""
-    physics.step(1)
-    return {(touch.child, touch.kind, touch.index) for touch in physics.touches}
-
-
 # A place at which a child touches nothing else: the thing's cell, and metres east and north of its middle.
 TOUCHING = {
     ("bin", 0): ((1, 1), 0.3, 0.0),
@@ -152,7 +132,8 @@ def test_each_child_feels_what_it_touches_and_the_others_do_not(thing):
     cell, east, north = TOUCHING[thing]
     x, y = np.add(PLAN.position(cell), (east, north))
     physics.set_toddler(walk_at(x, y), child)
-    assert felt(physics) == {(child, *thing)}
+    physics.step(1)
+    assert {(touch.child, touch.kind, touch.index) for touch in physics.touches} == {(child, *thing)}
     towards = -np.array([east, north]) / math.hypot(east, north)
     for touch in physics.touches:  # a contact may have several points
         np.testing.assert_allclose(touch.direction, towards, atol=1e-6)

@@ -27,15 +27,9 @@ else:
 
 def run(code: str, **environment: str | None) -> str:
     """Runs code in a fresh interpreter and returns what it prints; None takes a variable out of the environment."""
-    wanted = {"MUJOCO_GL": None, "PYOPENGL_PLATFORM": None, **environment}
-    variables = {**os.environ, **wanted}
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        env={name: value for name, value in variables.items() if value is not None},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    variables = {**os.environ, "MUJOCO_GL": None, "PYOPENGL_PLATFORM": None, **environment}
+    wanted = {name: value for name, value in variables.items() if value is not None}
+    done = subprocess.run([sys.executable, "-c", code], env=wanted, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert "Traceback" not in done.stderr
     return done.stdout.strip()
@@ -49,11 +43,8 @@ def test_import_touches_no_opengl():
 
 
 def test_renders_without_display():
-    printed = run(
-        f"from dm_control import mujoco; from caregiver_mj.house import rendering{RENDER}",
-        DISPLAY=None,
-        WAYLAND_DISPLAY=None,
-    )
+    code = f"from dm_control import mujoco; from caregiver_mj.house import rendering{RENDER}"
+    printed = run(code, DISPLAY=None, WAYLAND_DISPLAY=None)
     assert printed in ("EglContext (48, 64, 3) red", "OSMesaContext (48, 64, 3) red")
 
 

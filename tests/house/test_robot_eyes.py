@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-import caregiver_mj
+from caregiver_mj import FloorPlan, load
 from caregiver_mj.house.observer import RobotEyes
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.rendering import engine
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.visibility import Sight
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.kinematics import arm_of
@@ -105,7 +104,7 @@ def test_the_arm_hides_a_child_when_it_reaches_out_across_the_line_of_sight():
 
 
 def test_a_child_behind_the_robot_is_felt_when_it_runs_into_it():
-    env = caregiver_mj.load("supervise", ROOMS, "seeker:0", random=0, task_kwargs={"sight": "camera"})
+    env = load("supervise", ROOMS, "seeker:0", random=0, task_kwargs={"sight": "camera"})
     env.reset()
     eyes, felt = RobotEyes(ROOMS, env.task.observer.sight), 0
     while env.physics.time() < 60.0 and felt < 3:
@@ -126,7 +125,7 @@ def test_a_gate_is_as_it_was_seen_last():
     plan = FloorPlan.parse(
         "###########\n#....#....#\n#....#....#\n#.........#\n#..B.#....#\n#.T..#..G##\n###########", "gated"
     )
-    env = caregiver_mj.load("supervise", plan, random=0, task_kwargs={"sight": "walls"})
+    env = load("supervise", plan, random=0, task_kwargs={"sight": "walls"})
     env.reset()
     still = np.append(np.zeros(3), env.physics.data.ctrl[3:11])
 

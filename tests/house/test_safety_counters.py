@@ -3,8 +3,6 @@
 What happens is physics: the base and the arm are driven by actions, and nothing here keeps the robot from a child.
 """
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable
 from typing import NamedTuple
@@ -14,9 +12,8 @@ import numpy as np
 import pytest
 from scripted_child import Scripted
 
-import caregiver_mj
+from caregiver_mj import FloorPlan, load
 from caregiver_mj.plans import layout
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import CANDLE, MUG
 from caregiver_mj.recording.contacts import FAR
 from caregiver_mj.recording.record import names
@@ -46,12 +43,10 @@ class Setting(NamedTuple):
 
 
 class Stage:
-    """An environment, and what a scenario does in it."""
-
     def __init__(self, setting: Setting):
         how = {"embodiment": setting.robot, "sight": setting.sight, "compliant_children": setting.compliant}
         children = ",".join([".5"] * setting.children)
-        self._env = caregiver_mj.load("supervise", HOUSE, children, random=0, task_kwargs=how, visuals=False)
+        self._env = load("supervise", HOUSE, children, random=0, task_kwargs=how, visuals=False)
         self.robot = self._env.task.embodiment
         self.arm = arm_of(self.robot)
         self.physics = self._env.physics
@@ -162,7 +157,6 @@ def pinch(stage: Stage, loud: bool):
 
 
 def carry_past(stage: Stage, loud: bool):
-    """The hand carries a candle past the child's chest."""
     ahead = stage.robot.postures.reach
     stage.begin((ahead + 0.22, 0.3) if loud else AWAY, base=(0.0, 0.6, 0.0), arm=stage.arm.solve(ahead, 0.5))
     stage.hold(CANDLE, 0)

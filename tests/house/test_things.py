@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 from scripted_child import EAST, WEST, Scripted
 
-import caregiver_mj
+from caregiver_mj import CaregiverPolicy, FloorPlan, load
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.things import FLAME_RADIUS, Candles, watch_candle
 from caregiver_mj.plans import layout
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import CANDLE, MUG, NOTHING, State
 from caregiver_mj.policy.pace import picking_up_time
 from caregiver_mj.recording.contacts import FLAME_CLEAR, WAX_CLEAR, Contacts
@@ -97,8 +96,6 @@ def test_a_mug_that_lies_is_on_its_table_though_its_foot_is_higher_than_that_of_
         assert found.are_on(physics, 2).any() == on_it
 
 
-# -- In the hand: how far from a child ---------------------------------------------------------------
-
 PASSAGE = FloorPlan.parse("#########\n#.......#\n#B.....C#\n#T......#\n#########", "hall")
 GRIP = 0.08  # metres above the candle's foot
 WAX_RADIUS = 0.022  # metres
@@ -114,9 +111,8 @@ def held(child, fingers=0.01, off=0.0, grip=GRIP, robot="mobile_fr3", kind=CANDL
     physics = Physics.from_plan(hall, robot, visuals=False)
     with physics.reset_context():
         physics.set_robot(np.array([0.0, 0.0, 0.0]))
-        physics.data.qpos[[physics.model.joint(f"robot/{j}").qposadr[0] for j in physics.embodiment.names.fingers]] = (
-            fingers
-        )
+        joints = [physics.model.joint(f"robot/{joint}").qposadr[0] for joint in physics.embodiment.names.fingers]
+        physics.data.qpos[joints] = fingers
     foot = physics.pinch_position() - [0.0, 0.0, grip]
     physics.set_candle(0, np.add(foot, [0.0, off, 0.0]), 0.0)
     for axis, there in zip("xy", foot[:2] + child, strict=True):
@@ -158,8 +154,6 @@ def test_an_open_hand_or_a_candle_elsewhere_is_none_in_the_hand():
     assert held((2.0, 0.0))[0].flame_distance == 1.0
 
 
-# -- Small things on the floor -----------------------------------------------------------------------
-
 ROOM = FloorPlan.parse("########\n#B....S#\n#.o....#\n#......#\n#..T...#\n########", "room")
 HALL = FloorPlan.parse(
     "\n".join(["#" * 17, "#B" + "." * 13 + "S#", *["#" + "." * 15 + "#"] * 13, "#oooooo" + "." * 9 + "#", "#" * 17])
@@ -168,14 +162,13 @@ ROBOTS = ("mobile_fr3", "mobile_ur5e")
 
 
 def in_tray(physics):
-    """Whether each small thing is in the robot's tray."""
     base, tray = physics.base_position(), physics.embodiment.tray
     places = physics.thing_positions()
     return np.array([tray.holds((*geometry.to_local(base, place[:2]), place[2])) for place in places])
 
 
 def test_a_child_takes_what_lies_in_the_cell_that_it_enters_and_is_hurt_once():
-    env = caregiver_mj.load("supervise", ROOM, random=0, task_kwargs={"robot": False}, visuals=False)
+    env = load("supervise", ROOM, random=0, task_kwargs={"robot": False}, visuals=False)
     place = env.reset().observation["battery_position"][0]
     assert ROOM.cell_at(place[:2]) == (2, 2)
     child = env.task.children[0]
@@ -205,14 +198,13 @@ def test_a_child_takes_what_lies_in_the_cell_that_it_enters_and_is_hurt_once():
 def picking(robot, friction=None, cell=(1, 5), sensing=None, room=ROOM):
     """An episode in which the caregiver picks a battery up, the child standing far away."""
     kwargs = {"embodiment": robot, "sensing": sensing}
-    env = caregiver_mj.load("supervise", room, 0.5, random=1, task_kwargs=kwargs, visuals=False)
+    env = load("supervise", room, 0.5, random=1, task_kwargs=kwargs, visuals=False)
     model = env.physics.model.ptr
     for geom in range(model.ngeom):
         name = model.geom(geom).name
         if friction is not None and ("battery" in name or name.endswith("_pad")):
             model.geom_friction[geom] = friction
-    policy = caregiver_mj.CaregiverPolicy(env, "childproof")
-    step = env.reset()
+    policy, step = CaregiverPolicy(env, "childproof"), env.reset()
     child = env.task.children[0]
     child.behaviour.act = lambda sight, draws: np.array([NOTHING])
     child.put((1, 5))

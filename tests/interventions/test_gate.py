@@ -8,13 +8,11 @@ import numpy as np
 import pytest
 from worlds import streams
 
-import caregiver_mj
+from caregiver_mj import CaregiverError, CaregiverPolicy, FloorPlan, load
 from caregiver_mj.caregivers import Caregiver
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.verbs import GRID_VERBS, InOpening
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.interventions.verb import VERBS, Intervention, Interventions, Verb
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, State, Where
 from caregiver_mj.policy.routines import ROUTINES, Routine
 from caregiver_mj.robot import skills
@@ -65,8 +63,8 @@ def test_the_grid_shuts_it_for_good():
 
 @pytest.mark.usefixtures("_registered")
 def test_the_robot_shuts_it_and_no_child_falls_there_any_more():
-    env = caregiver_mj.load("supervise", HOUSE, 0.5, random=0, visuals=False)
-    policy = caregiver_mj.CaregiverPolicy(env, Gatekeeper(HOUSE))
+    env = load("supervise", HOUSE, 0.5, random=0, visuals=False)
+    policy = CaregiverPolicy(env, Gatekeeper(HOUSE))
     step, activities = env.reset(), set()
     for _ in range(24 * 84):
         step = env.step(policy(step))
@@ -88,7 +86,7 @@ def test_a_verb_with_one_half_is_refused_where_it_has_none(monkeypatch):
     monkeypatch.delitem(ROUTINES, "shut")
     with pytest.raises(CaregiverError, match=r"'shut' must have its half in grid.verbs.GRID_VERBS"):
         GridWorld(HOUSE, "0.5", Gatekeeper(HOUSE)).run(streams(1, 2))
-    env = caregiver_mj.load("supervise", HOUSE, 0.5, random=0, visuals=False)
-    policy = caregiver_mj.CaregiverPolicy(env, Gatekeeper(HOUSE))
+    env = load("supervise", HOUSE, 0.5, random=0, visuals=False)
+    policy = CaregiverPolicy(env, Gatekeeper(HOUSE))
     with pytest.raises(CaregiverError, match=r"'shut' must have its half in policy.routines.ROUTINES"):
         policy(env.reset())

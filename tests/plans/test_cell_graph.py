@@ -90,7 +90,6 @@ def test_bump_distances_and_a_childs_are_those_of_a_search_that_enters_no_landin
         moves = distances({*plan.free_cells, goal}, goal)  # the last move is into the object
         assert distance[:, j].tolist() == [moves[cell] for cell in plan.free_cells]
     assert (plan.graph.bin_distances == plan.graph.bump_distances(plan.bins)).all()
-    # A childs distances are those of a search over free cells.
     some = range(0, len(plan.free_cells), 5)
     for start, distance in zip(some, plan.graph.child_distances_from(some), strict=True):
         moves = distances(set(plan.free_cells), plan.free_cells[start])

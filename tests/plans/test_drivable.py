@@ -1,15 +1,11 @@
 """Where the robot can do its work, by hand; and that the robot's own navigation agrees, on many generated houses."""
 
-import itertools
-import math
-
-import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from random_plans import plan_texts
+from robot_plans import distances_to_obstacles, points_along
 
-from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.generator import REACH, generate, is_drivable
 from caregiver_mj.plans.routes import yielding
@@ -19,7 +15,6 @@ from caregiver_mj.robot.navigation import Navigator
 
 ROBOT = find_embodiment()
 CLEARANCE = 0.05  # metres from the base to all else on a path, as in the tests of navigation
-STEP = 0.02  # metres between the points that are checked
 
 
 @pytest.mark.parametrize("name", ["paper", "apartment"])
@@ -62,7 +57,6 @@ def test_the_robot_gets_everywhere_in_the_houses_of_a_set():
 def check_with_navigator(plan):
     """Sends the robot from a cell to others, every landing and table, and back, and measures what room it has."""
     navigator = Navigator(plan, ROBOT)
-    obstacles = layout.Layout(plan).obstacles
     home = plan.free_cells[0]
     somewhere = {*plan.free_cells[:: len(plan.free_cells) // 8 + 1], *plan.stairwells}
     places = {cell: [tuple(plan.position(cell).tolist())] for cell in plan.caregiver_cells}
@@ -81,12 +75,5 @@ def check_with_navigator(plan):
             for start, end, last in ((places[home][0], goal, cell), (goal, places[home][0], home)):
                 path = navigator.path(start, end, last)
                 assert path is not None, (plan.name, cell)
-                assert room_along(path, obstacles) > ROBOT.footprint + CLEARANCE, (plan.name, cell)
-
-
-def room_along(path, obstacles):
-    """The least distance of a polyline to rectangles (n, 4)."""
-    pieces = [np.linspace(a, b, int(math.dist(a, b) / STEP) + 2) for a, b in itertools.pairwise(np.array(path, float))]
-    points = np.concatenate(pieces)
-    outside = np.abs(points[:, None] - obstacles[:, :2]) - obstacles[:, 2:]
-    return np.hypot(*np.moveaxis(outside.clip(min=0), -1, 0)).min()
+                room = distances_to_obstacles(plan, points_along(path)).min()
+                assert room > ROBOT.footprint + CLEARANCE, (plan.name, cell)

@@ -30,6 +30,10 @@ MALFORMED = [
     ("no free cell", "####\n#BT#\n####", (1, 1), "the plan has no free cell (.)"),
     ("joined by a landing only", "#####\n#.S.#\n#B#B#\n#####", (2, 4), "this free cell is not connected to the one"),
     ("unreachable stairwell", "#####\n#.#S#\n#B###\n#####", (2, 4), "this stairwell (S) cannot be reached"),
+    ("gate behind an inner wall", "######\n#B...#\n#.G..#\n#....#\n######", (3, 3), "open gate (G) has no way in"),
+    ("gate behind a table", "######\n#.G.B#\n#.T..#\n#....#\n######", (2, 3), "open gate (G) has no way in"),
+    ("things only", "####\n#oB#\n####", (1, 1), "the plan has no free cell"),
+    ("thing in a corner", "#####\n#.B##\n###o#\n#####", (3, 4), "this free cell is not connected"),
     ("diagonal only", "#####\n#.B##\n##T##\n#####", (3, 3), "this bare table (T) cannot be reached"),
 ]
 
@@ -68,7 +72,6 @@ def test_one_bad_line_is_one_problem(row, line, problem):
 def test_lines_are_counted_from_the_top_of_the_file_and_blanks_do_not_matter():
     with pytest.raises(FloorPlanError, match="line 4, column 2: 'x'"):
         FloorPlan.parse("\n\n####\n#xB#\n####\n")
-    # Trailing blanks line ends and blank lines do not matter.
     assert FloorPlan.parse("\r\n\n####  \r\n#.B#\t\r\n####\r\n\n").rows == ("####", "#.B#", "####")
 
 
@@ -106,7 +109,6 @@ def test_objects_and_states_are_in_reading_order_and_candles_on_tables():
     assert plan.free_cells[6:] == ((3, 1), (3, 4), (4, 2), (4, 3), (4, 4))
     assert plan.caregiver_cells == (*plan.free_cells, (2, 3))
     assert (plan.tables, plan.candle_tables, plan.bins) == (((2, 2), (3, 2), (4, 1)), (0,), ((3, 3),))
-    # A candles table is an index among all tables.
     plan = FloorPlan.parse("######\n#TCTC#\n#....#\n##B###\n######")
     assert plan.candle_tables == (1, 3)
 

@@ -13,7 +13,6 @@ from caregiver_mj.plans.cell_graph import WALL
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 PAPER = FloorPlan.load("paper")
-
 RASTER = 0.05  # metres; finer than any wall
 
 

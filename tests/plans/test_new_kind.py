@@ -15,7 +15,6 @@ import pytest
 from caregiver_mj.plans.hazards import KINDS
 
 pytestmark = pytest.mark.slow
-
 ROOT = pathlib.Path(__file__).parents[2]
 RECORD = """
 VASE = HazardKind(
@@ -94,10 +93,8 @@ def found(tmp_path_factory):
     with (package / "plans" / "hazards.py").open("a", encoding="utf-8") as file:
         file.write(RECORD)
     (package / "models" / "vase.xml").write_text(MODEL)
-    command = [sys.executable, "-c", USE]
-    ran = subprocess.run(
-        command, cwd=folder, env=os.environ | {"PYTHONPATH": str(folder)}, capture_output=True, text=True, check=False
-    )
+    there = {"cwd": folder, "env": os.environ | {"PYTHONPATH": str(folder)}}
+    ran = subprocess.run([sys.executable, "-c", USE], **there, capture_output=True, text=True, check=False)
     assert ran.returncode == 0, ran.stderr
     return json.loads(ran.stdout.splitlines()[-1])
 

@@ -2,8 +2,7 @@
 
 import pytest
 
-from caregiver_mj import cli
-from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj import FloorPlan, cli
 from caregiver_mj.plans.generator import is_drivable
 from caregiver_mj.plans.sets import house_set
 
@@ -35,15 +34,9 @@ def test_sets_are_balanced_over_the_shapes():
     assert FloorPlan.load("shapes-test-20/3").rows == FloorPlan.load(names[3]).rows
 
 
-@pytest.fixture
-def narrow(tmp_path):
-    file = tmp_path / "narrow.txt"
-    file.write_text("########\n#..#####\n#......#\n#B.#T#B#\n########\n")
-    return str(file)
-
-
-def test_a_valid_house_that_the_robot_cannot_work_in_is_warned_of(narrow, capsys):
-    assert cli.main(["house", "check", narrow]) == 0
+def test_a_valid_house_that_the_robot_cannot_work_in_is_warned_of(tmp_path, capsys):
+    (tmp_path / "narrow.txt").write_text("########\n#..#####\n#......#\n#B.#T#B#\n########\n")
+    assert cli.main(["house", "check", str(tmp_path / "narrow.txt")]) == 0
     out, err = capsys.readouterr()
     assert out.startswith("OK: narrow")
     assert "warning: the robot has no room" in err

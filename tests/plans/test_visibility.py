@@ -1,26 +1,17 @@
 """What is seen from where, drawn by hand, and what must hold in any house."""
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from caregiver_mj.errors import CaregiverError
-from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj import FloorPlan
 from caregiver_mj.plans.visibility import ALL_ROUND, Sight, lookouts, visibility
 
 # Two rooms, a door between them, and a stairwell at the left.
-HOUSE = """
-############
-##....#....#
-#S.........#
-##....#...B#
-############
-"""
+HOUSE = FloorPlan.parse("############\n##....#....#\n#S.........#\n##....#...B#\n############", "two rooms")
 
 
 def seen(plan, sight, cell, heading=ALL_ROUND):
-    """Draw what is seen from a cell."""
     rows = [list(row.replace(".", " ")) for row in plan.rows]
     for number in np.flatnonzero(visibility(plan, Sight.of(sight)).seen[plan.cell_index[cell], heading]):
         row, column = plan.free_cells[number]
@@ -28,13 +19,8 @@ def seen(plan, sight, cell, heading=ALL_ROUND):
     return ["".join(row) for row in rows]
 
 
-@pytest.fixture
-def house():
-    return FloorPlan.parse(HOUSE, "two rooms")
-
-
-def test_walls_hide_what_is_behind_them(house):
-    assert seen(house, "walls", (1, 2)) == [
+def test_walls_hide_what_is_behind_them():
+    assert seen(HOUSE, "walls", (1, 2)) == [
         "############",
         "##++++#    #",
         "#S+++++++++#",
@@ -43,10 +29,10 @@ def test_walls_hide_what_is_behind_them(house):
     ]
 
 
-def test_a_camera_sees_to_where_it_is_turned(house):
+def test_a_camera_sees_to_where_it_is_turned():
     east, west = 1, 3
-    assert seen(house, "camera", (2, 5), east)[2] == "#S   ++++++#"  # 5 m are six cells
-    assert seen(house, "camera", (2, 5), west) == [
+    assert seen(HOUSE, "camera", (2, 5), east)[2] == "#S   ++++++#"  # 5 m are six cells
+    assert seen(HOUSE, "camera", (2, 5), west) == [
         "############",
         "##+++ #    #",
         "#S++++     #",
@@ -55,17 +41,11 @@ def test_a_camera_sees_to_where_it_is_turned(house):
     ]
 
 
-def test_cameras_on_the_ceiling_hang_where_most_is_seen(house):
-    one = visibility(house, Sight.of("rooms:1"))
-    everything = visibility(house, Sight.of("walls")).seen[: len(house.free_cells), ALL_ROUND]
+def test_cameras_on_the_ceiling_hang_where_most_is_seen():
+    one = visibility(HOUSE, Sight.of("rooms:1"))
+    everything = visibility(HOUSE, Sight.of("walls")).seen[: len(HOUSE.free_cells), ALL_ROUND]
     assert everything[one.ceiling[0]].sum() == everything.sum(axis=1).max()
-    assert visibility(house, Sight.of("rooms:9")).seen.all()
-
-
-@pytest.mark.parametrize("text", ["", "rooms", "rooms:", "rooms:-1", "walls:1", "all:", "door"])
-def test_a_sight_that_is_none(text):
-    with pytest.raises(CaregiverError, match="sight must be all, walls, camera or rooms:N, got"):
-        Sight.of(text)
+    assert visibility(HOUSE, Sight.of("rooms:9")).seen.all()
 
 
 @settings(max_examples=15, deadline=None)

@@ -60,7 +60,6 @@ def on_shortest_paths(plan, start, goal):
 
 
 def plain_traps(plan):
-    """The traps, child by child and part by part."""
     traps = set()
     for child in plan.free_cells:
         bars = set()  # cells with no alternative as far away on the way to some bin

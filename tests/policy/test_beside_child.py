@@ -4,8 +4,7 @@ import dm_env
 import numpy as np
 import pytest
 
-import caregiver_mj
-from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj import CaregiverPolicy, FloorPlan, load
 from caregiver_mj.recording.contacts import STRIKE_SPEED
 from caregiver_mj.robot import separation
 from caregiver_mj.robot.separation import GENTLE_GAP, catch_up_speed, slide_speed
@@ -15,30 +14,15 @@ ROOM = FloorPlan.parse("#########\n#B......#\n#..C....#\n#....T..#\n#.......#\n#
 TOUCHING = 0.27 + 0.12  # metres between the middles of base and child
 
 
-@pytest.fixture
-def told(monkeypatch):
-    """What `restrain` is told: whether there is a candle in the hand, and of which base. It is at every step here."""
-    calls = []
-    restrain = separation.restrain
-
-    def listen(view, robot, clearance, seconds, is_loaded, velocity, before):
-        calls.append((is_loaded, view.base, seconds))
-        return restrain(view, robot, clearance, seconds, is_loaded, velocity, before)
-
-    monkeypatch.setattr(separation, "is_alone", lambda view, robot, apart=0.0: False)
-    monkeypatch.setattr(separation, "restrain", listen)
-    return calls
-
-
 @pytest.mark.parametrize("robot", ["mobile_fr3", "mobile_ur5e"])
 @pytest.mark.parametrize("gap", np.arange(0.05, 2.5, 0.4))
 def test_what_is_left_out_where_children_are_far_away_changes_no_action(monkeypatch, robot, gap):
-    env = caregiver_mj.load("supervise", ROOM, 0.0, random=0, task_kwargs={"embodiment": robot})
+    env = load("supervise", ROOM, 0.0, random=0, task_kwargs={"embodiment": robot})
     timestep = env.reset()
     x, y, yaw = env.physics.base_position()
 
     def actions():
-        policy, seen, told = caregiver_mj.CaregiverPolicy(env), timestep, []
+        policy, seen, told = CaregiverPolicy(env), timestep, []
         apart = policy.robot.robot.footprint + CHILD_RADIUS + gap
         for step in range(40):
             pushed = np.array([0.04, 0.02, 0.2]) * (step > 10)  # metres and radians
@@ -54,8 +38,8 @@ def test_what_is_left_out_where_children_are_far_away_changes_no_action(monkeypa
 
 @pytest.mark.parametrize("gap", [0.0, 0.02, 0.2])
 def test_nor_does_it_turn_back_any_faster_and_with_its_creep_along_a_child_that_is_no_strike(gap):
-    env = caregiver_mj.load("relocate_candle", ROOM, 0.0, random=0)
-    policy, timestep = caregiver_mj.CaregiverPolicy(env), env.reset()
+    env = load("relocate_candle", ROOM, 0.0, random=0)
+    policy, timestep = CaregiverPolicy(env), env.reset()
     x, y, yaw = env.physics.base_position()
     told = []
     for step in range(30):
@@ -70,9 +54,17 @@ def test_nor_does_it_turn_back_any_faster_and_with_its_creep_along_a_child_that_
     assert gap > GENTLE_GAP or surface.max() + slide_speed(gap) < STRIKE_SPEED
 
 
-def test_the_restraint_knows_when_there_is_a_candle_in_the_hand(told):
-    env = caregiver_mj.load("relocate_candle", ROOM, 0.0, random=0)
-    policy, timestep = caregiver_mj.CaregiverPolicy(env), env.reset()
+def test_the_restraint_knows_when_there_is_a_candle_in_the_hand(monkeypatch):
+    told, restrain = [], separation.restrain
+
+    def listen(view, robot, clearance, seconds, is_loaded, velocity, before):
+        told.append((is_loaded, view.base, seconds))
+        return restrain(view, robot, clearance, seconds, is_loaded, velocity, before)
+
+    monkeypatch.setattr(separation, "is_alone", lambda view, robot, apart=0.0: False)  # it is told at every step
+    monkeypatch.setattr(separation, "restrain", listen)
+    env = load("relocate_candle", ROOM, 0.0, random=0)
+    policy, timestep = CaregiverPolicy(env), env.reset()
     gripping = []
     while not policy.executive.done and env.physics.time() < 30.0:
         gripping.append(env.physics.is_gripping())

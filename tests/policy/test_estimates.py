@@ -19,7 +19,6 @@ HERE = (np.zeros(3), TUCKED)
 
 
 def motion():
-    """A robot under way, straight ahead."""
     robot = RobotMotion(ROBOT, STEP)
     robot.reset((0.0, 0.0, 0.0))
     robot.drive_along([(0.0, 0.0), (3.0, 0.0)], lambda points: True)
@@ -54,17 +53,13 @@ def look(estimates, places, fingers=OPEN, then=HERE, now=HERE):
 
 
 def test_a_standing_candle_is_where_it_is_seen_on_average_and_one_that_has_been_moved_soon_elsewhere():
-    random, estimates, place = (
-        np.random.default_rng(0),
-        CandleEstimates(Blur(noise=0.01), ROBOT, CANDLES),
-        [1.0, 0.0, 0.6],
-    )
+    random, place = np.random.default_rng(0), [1.0, 0.0, 0.6]
+    estimates = CandleEstimates(Blur(noise=0.01), ROBOT, CANDLES)
     found = np.array([look(estimates, [place + random.normal(size=3) * 0.01])[0] for _ in range(500)])
     late = found[100:]
     assert np.linalg.norm(late - place, axis=1).max() < 0.008
     assert np.linalg.norm(late - place, axis=1).mean() < 0.004
     assert (np.diff(late, axis=0) != 0).any(axis=1).sum() < 20  # goals stay where they are
-    # A candle that has been moved is soon elsewhere.
     random, estimates = np.random.default_rng(0), CandleEstimates(Blur(noise=0.01), ROBOT, CANDLES)
     for step in range(100):
         place = np.array([1.0, 0.0 if step < 80 else 0.1, 0.6])

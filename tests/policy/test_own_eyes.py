@@ -5,18 +5,16 @@ import math
 import dm_env
 import numpy as np
 import pytest
+from views import ROBOT, child, view
 
 import caregiver_mj
+from caregiver_mj import FloorPlan
 from caregiver_mj.children.walk import BUMP_SPEED, WALKING_SPEED
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.spec import episode_random
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.visibility import PLACES, Sight
 from caregiver_mj.policy.perception import Perception
 from caregiver_mj.robot import separation
 from caregiver_mj.robot.clearance import Clearance
-from caregiver_mj.robot.embodiments import find_embodiment
-from caregiver_mj.robot.view import ChildView, View
 
 ROOMS = FloorPlan.parse(
     """
@@ -37,7 +35,6 @@ def load(family, seed, sight="walls"):
 
 
 def episode(env, caregiver="foresight", seconds=30.0):
-    """Return what is observed, and what is done, until time is up."""
     policy = caregiver_mj.CaregiverPolicy(env, caregiver)
     timestep, found = env.reset(), []
     while env.physics.time() < seconds:
@@ -58,38 +55,31 @@ def test_who_heads_for_the_robot_is_not_struck(sight):
 
 
 def test_it_comes_slowly_to_a_corner_behind_which_a_child_may_be():
-    robot, speed = find_embodiment("mobile_fr3"), 1.0
-    view = View(0.0, (0.0, 0.0, 0.0), 0.0, np.zeros(7), (), np.zeros((0, 3)), np.zeros((0, 4)))
-    assert separation.allowed_rate(view, robot, (speed, 0.0)) == 1.0
+    seen, speed = view(), 1.0
+    assert separation.allowed_rate(seen, ROBOT, (speed, 0.0)) == 1.0
     rates = []
     for far in (0.45, 0.6, 0.8, 1.2, 3.0):
-        view.lurking = (ChildView((far, 0.0), (0.0, 0.0)),)
-        rates.append(separation.allowed_rate(view, robot, (speed, 0.0)))
+        seen.lurking = (child(far, 0.0),)
+        rates.append(separation.allowed_rate(seen, ROBOT, (speed, 0.0)))
     assert rates[0] == pytest.approx(0.03)  # slower than a strike
     assert rates == sorted(rates)
     assert rates[2] < 0.6
     assert rates[-1] == 1.0
-    view.lurking = (ChildView((0.45, 0.0), (0.0, 0.0)),)
-    assert separation.allowed_rate(view, robot, (speed, 0.0), (-10.0, 0.0)) == pytest.approx(0.015)  # now it is 2 m/s
-    view.lurking = (ChildView((3.0, 0.0), (0.0, 0.0)),)
-    assert separation.allowed_rate(view, robot, (-speed, 0.0)) == 1.0
+    seen.lurking = (child(0.45, 0.0),)
+    assert separation.allowed_rate(seen, ROBOT, (speed, 0.0), (-10.0, 0.0)) == pytest.approx(0.015)  # now it is 2 m/s
+    seen.lurking = (child(3.0, 0.0),)
+    assert separation.allowed_rate(seen, ROBOT, (-speed, 0.0)) == 1.0
 
 
 def test_it_turns_slowly_beside_a_place_where_a_child_may_be_unseen():
-    robot = find_embodiment("mobile_fr3")
-    behind = (ChildView((-0.45, 0.0), (0.0, 0.0)),)
-    view = View(0.0, (0.0, 0.0, 0.0), 0.0, np.zeros(7), (), np.zeros((0, 3)), np.zeros((0, 4)), lurking=behind)
-    turning = lambda: separation.allowed_turning(view, robot, (0.0, 0.0), (0.0, 0.0))  # noqa: E731
+    seen, behind = view(), (child(-0.45, 0.0),)
+    seen.lurking = behind
+    turning = lambda: separation.allowed_turning(seen, ROBOT, (0.0, 0.0), (0.0, 0.0))  # noqa: E731
     assert turning() == np.inf  # it sees it as it comes
-    view.gaze = 0.0  # it does not
-    assert 0.02 < turning() * robot.footprint < 0.05  # slower than a strike, but it turns to look
-    view.lurking, view.hidden, view.gaze = (), behind, None
-    assert 0.02 < turning() * robot.footprint < 0.05
-
-
-def left(view, velocity):
-    robot = find_embodiment("mobile_fr3")
-    return separation.restrain(view, robot, Clearance(ROOMS, robot), 0.02, False, velocity, (0.0, 0.0))[0]
+    seen.gaze = 0.0  # it does not
+    assert 0.02 < turning() * ROBOT.footprint < 0.05  # slower than a strike, but it turns to look
+    seen.lurking, seen.hidden, seen.gaze = (), behind, None
+    assert 0.02 < turning() * ROBOT.footprint < 0.05
 
 
 @pytest.fixture
@@ -178,9 +168,8 @@ def test_a_child_may_be_a_cell_beyond_its_own_but_not_at_the_base_or_where_it_wo
     ("house", "seed", "seconds"),
     [
         ("house-960006", 2079939347, 8.0),  # it walks faster than a cell in a timestep
-        pytest.param(
-            "house-960005", 3515088548, 43.5, marks=pytest.mark.slow
-        ),  # it is a cell nearer than it is believed to be
+        # It is a cell nearer than it is believed to be.
+        pytest.param("house-960005", 3515088548, 43.5, marks=pytest.mark.slow),
     ],
 )
 def test_a_child_that_heads_for_the_robot_out_of_the_picture_is_not_struck(house, seed, seconds):
@@ -193,15 +182,16 @@ def test_a_child_that_heads_for_the_robot_out_of_the_picture_is_not_struck(house
 
 
 def test_it_goes_back_gently_where_a_child_was_or_may_be():
-    robot, there = find_embodiment("mobile_fr3"), (ChildView((0.4, 0.0), (0.0, 0.0)),)
-    view = View(0.0, (0.0, 0.0, 0.0), 0.0, np.zeros(7), (), np.zeros((0, 3)), np.zeros((0, 4)), lurking=there)
-    assert separation.gap(view, robot, view.unseen) == np.inf  # it would see it come
-    view.gaze = 0.0
-    there_too = separation.catch_up_speed(separation.gap(view, robot, view.unseen), separation.GENTLE_UNSEEN)
+    seen, clearance = view(), Clearance(ROOMS, ROBOT)
+    seen.lurking = (child(0.4, 0.0),)
+    assert separation.gap(seen, ROBOT, seen.unseen) == np.inf  # it would see it come
+    seen.gaze = 0.0
+    there_too = separation.catch_up_speed(separation.gap(seen, ROBOT, seen.unseen), separation.GENTLE_UNSEEN)
     assert there_too < 0.02  # with a creep it is no strike
-    assert left(view, (0.2, 0.0)) == (0.2, 0.0)
-    view.hidden = there
-    assert left(view, (0.2, 0.0)) == (0.0, 0.0)
+    left = lambda: separation.restrain(seen, ROBOT, clearance, 0.02, False, (0.2, 0.0), (0.0, 0.0))[0]  # noqa: E731
+    assert left() == (0.2, 0.0)
+    seen.hidden = seen.lurking
+    assert left() == (0.0, 0.0)
 
 
 def test_a_cell_is_empty_if_it_is_seen_while_a_child_would_be_in_it(perception):
@@ -213,11 +203,6 @@ def test_a_cell_is_empty_if_it_is_seen_while_a_child_would_be_in_it(perception):
         perception.watch(perception.look(observed(seen=[east]), 0.3), clock)
         assert (chance(east) == 0.0) == known
     assert chance(west) == pytest.approx(1.0)
-
-
-def test_who_is_told_everything_needs_no_eyes():
-    with pytest.raises(CaregiverError, match="sight must be all with a caregiver that needs privileged information"):
-        caregiver_mj.CaregiverPolicy(load(0.5, 0), "knows-goal")
 
 
 def test_a_child_that_something_hides_for_a_moment_is_not_forgotten():

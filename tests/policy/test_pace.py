@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-import caregiver_mj
+from caregiver_mj import CaregiverPolicy, FloorPlan, load
 from caregiver_mj.caregivers.percept import PAPER
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.pace import beside_a_child, handling_times, robot_pace
 from caregiver_mj.robot.embodiments import EMBODIMENTS, find_embodiment
 from caregiver_mj.robot.navigation import Navigator
@@ -67,10 +66,8 @@ def test_beside_a_faster_child_it_has_less_time_and_is_slower():
 
 def test_candles_take_as_long_in_the_house_as_the_pace_says():
     """The sum of six ways to a candle and with it, each from rest to rest, with a child that keeps to the other end."""
-    env = caregiver_mj.load(
-        "relocate_candle", ROOM, 0.0, random=0, task_kwargs={"embodiment": "mobile_ur5e"}, visuals=False
-    )
-    policy = caregiver_mj.CaregiverPolicy(env)
+    env = load("relocate_candle", ROOM, 0.0, random=0, task_kwargs={"embodiment": "mobile_ur5e"}, visuals=False)
+    policy = CaregiverPolicy(env)
     pace, timesteps, took, told = policy.caregiver.pace, 1.68, 0.0, 0.0
     for _ in range(3):
         timestep, doing = env.reset(), None
@@ -92,6 +89,6 @@ def test_a_house_without_ways():
 
 
 def test_the_policy_tells_its_caregiver():
-    env = caregiver_mj.load("supervise", CORRIDOR, random=0)
-    caregiver = caregiver_mj.CaregiverPolicy(env, "foresight").caregiver
+    env = load("supervise", CORRIDOR, random=0)
+    caregiver = CaregiverPolicy(env, "foresight").caregiver
     assert caregiver.pace == robot_pace(Navigator(CORRIDOR, find_embodiment()), env.task.novice_timestep, 0.02)

@@ -68,9 +68,7 @@ def test_six_centimetres_show_the_move_and_where_it_ends(offset, action, cell):
     ],
 )
 @pytest.mark.parametrize(("offset", "way", "cell"), [((0.06, 0.0), (1, 0), (2, 5)), ((0.0, 0.06), (0, 1), (1, 4))])
-def test_a_base_in_the_way_stops_a_child_that_touches_it_before_it_has_left_its_cell(
-    ahead, aside, stops, offset, way, cell
-):
+def test_a_base_in_the_way_stops_a_child_that_touches_it_within_its_cell(ahead, aside, stops, offset, way, cell):
     perception = Perception(ROOM)
     x, y = centre(2, 4)
     base = x + ahead * way[0] - aside * way[1], y + ahead * way[1] + aside * way[0]
@@ -89,7 +87,6 @@ def test_a_move_into_a_table_ends_where_it_began_and_who_stands_still_has_made_n
     seen = perception.percept(perception.look(observe((x - 0.06, y)), 0.3), NOTHING, FREE)
     assert seen.child_cell.tolist() == seen.previous_cell.tolist() == [[ROOM.cell_index[(2, 3)]]]
     assert seen.previous_action.tolist() == [[WEST]]
-    # A child that stands still has made no move by half time.
     perception = Perception(ROOM)
     here = centre(2, 4)
     perception.reset(observe(here))

@@ -3,14 +3,13 @@
 import numpy as np
 import pytest
 
-import caregiver_mj
+from caregiver_mj import FloorPlan, load
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.envs.recipe import Recording, prepared
 from caregiver_mj.errors import RenderingError
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.spec import EpisodeSpec, episode_seed
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz.episode import Episode
 from caregiver_mj.viz.film import Picture, Studio, render_episode
 
@@ -21,8 +20,6 @@ seen = []  # by the policies below, the pictures of each camera
 
 
 class Seeing:
-    """Looks through every camera at the start, and does nothing."""
-
     needs_pictures = True
 
     def __init__(self, env):
@@ -34,18 +31,12 @@ class Seeing:
         return self.action
 
 
-@pytest.fixture
-def pictures():
-    """What is to be seen at the start of episode 0 of seed 0, an array a camera."""
+@pytest.mark.slow
+def test_a_policy_sees_the_same_in_evaluate_record_and_render(tmp_path):
     seen.clear()
     evaluate(Settings(TINY, "house", (f"{HERE}:Seeing",), (1.0,), 1))
-    ((*there,),) = seen
+    ((*pictures,),) = seen  # at the start of episode 0 of seed 0, an array a camera
     seen.clear()
-    return there
-
-
-@pytest.mark.slow
-def test_a_policy_sees_the_same_in_evaluate_record_and_render(pictures, tmp_path):
     for picture in pictures:
         assert picture.std() > 10  # the sky alone has less
     spec = EpisodeSpec(TINY, 1.0, f"{HERE}:Seeing")
@@ -77,7 +68,7 @@ def test_it_sees_the_same_while_it_is_filmed(who):
 
 
 def test_a_house_without_visuals_cannot_be_rendered():
-    env = caregiver_mj.load("supervise", TINY, visuals=False)
+    env = load("supervise", TINY, visuals=False)
     env.reset()
     with pytest.raises(RenderingError, match="visuals=True"):
         env.physics.render(48, 64, camera_id="overview")

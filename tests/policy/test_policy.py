@@ -5,8 +5,7 @@ from unittest import mock
 import numpy as np
 import pytest
 
-import caregiver_mj
-from caregiver_mj import CaregiverPolicy, load
+from caregiver_mj import CaregiverError, CaregiverPolicy, load
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.plans.hazards import NOTHING
@@ -15,17 +14,17 @@ from caregiver_mj.policy.routines import COOLDOWN, LEFT_LYING, Cooldowns
 
 @pytest.mark.parametrize(("house", "children"), [("house-3", "0.5"), ("paper", "1,0.5")])
 def test_another_environment_is_refused(house, children):
-    policy = caregiver_mj.CaregiverPolicy(caregiver_mj.load("supervise", "paper", random=0))
-    other = caregiver_mj.load("supervise", house, children, random=0)
+    policy = CaregiverPolicy(load("supervise", "paper", random=0))
+    other = load("supervise", house, children, random=0)
     message = "must be that of 0.5 in house 'paper', got another: make a policy for each environment"
-    with pytest.raises(caregiver_mj.CaregiverError, match=message):
+    with pytest.raises(CaregiverError, match=message):
         policy(other.reset())
 
 
 def test_one_that_cannot_be_made_leaves_the_house_as_it_is():
-    env = caregiver_mj.load("supervise", "paper", random=0, visuals=False)
-    with pytest.raises(caregiver_mj.CaregiverError, match="sensing must show"):
-        caregiver_mj.CaregiverPolicy(env, "childproof", sensing={"candle": {"noise": 0.3}})
+    env = load("supervise", "paper", random=0, visuals=False)
+    with pytest.raises(CaregiverError, match="sensing must show"):
+        CaregiverPolicy(env, "childproof", sensing={"candle": {"noise": 0.3}})
     assert env.task.caregiver is None
     env.reset()
     assert env.task.candles.starting_tables == [*env.task.plan.candle_tables]
@@ -33,30 +32,29 @@ def test_one_that_cannot_be_made_leaves_the_house_as_it_is():
 
 def test_a_caregiver_serves_one_policy_at_a_time():
     """What it has seen of the one episode would count in the other."""
-    one, two = (caregiver_mj.load("supervise", "paper", visuals=False, random=0) for _ in range(2))
+    one, two = (load("supervise", "paper", visuals=False, random=0) for _ in range(2))
     caregiver = make_caregiver("expected-danger", one.task.plan)
-    first, second = caregiver_mj.CaregiverPolicy(one, caregiver), caregiver_mj.CaregiverPolicy(two, caregiver)
+    first, second = CaregiverPolicy(one, caregiver), CaregiverPolicy(two, caregiver)
     timestep = one.reset()
     timestep = one.step(first(timestep))
     second(two.reset())
-    with pytest.raises(caregiver_mj.CaregiverError, match="another policy has begun an episode"):
+    with pytest.raises(CaregiverError, match="another policy has begun an episode"):
         first(timestep)
     first(one.reset())  # one after the other they may have it
 
 
 def test_actions_that_are_too_far_apart_to_control_the_robot_are_refused():
     """At 0.15 s it drops candles. Actions of somebody else may be so far apart."""
-    env = caregiver_mj.load("supervise", "paper", random=0, task_kwargs={"control_timestep": 0.08})
+    env = load("supervise", "paper", random=0, task_kwargs={"control_timestep": 0.08})
     env.reset()
     env.step(env.action_spec().generate_value())
-    with pytest.raises(caregiver_mj.CaregiverError, match=r"control_timestep must be at most 0.06 s .*, got 0\.08"):
-        caregiver_mj.CaregiverPolicy(env)
+    with pytest.raises(CaregiverError, match=r"control_timestep must be at most 0.06 s .*, got 0\.08"):
+        CaregiverPolicy(env)
 
 
 def test_a_decision_assesses_once_where_nothing_is_hidden():
     env = load("supervise", random=0, visuals=False)
-    policy = CaregiverPolicy(env)
-    timestep = env.reset()
+    policy, timestep = CaregiverPolicy(env), env.reset()
     with (
         mock.patch.object(PaperCaregiver, "assess", autospec=True, side_effect=PaperCaregiver.assess) as assess,
         mock.patch.object(PaperCaregiver, "decide", autospec=True, side_effect=PaperCaregiver.decide) as decide,

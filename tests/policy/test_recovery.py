@@ -5,10 +5,9 @@ import numpy as np
 import pytest
 from scripted_child import STAY, Scripted
 
-import caregiver_mj
+from caregiver_mj import CaregiverPolicy, FloorPlan, load
 from caregiver_mj.caregivers import Caregiver, Percept
 from caregiver_mj.plans.cell_graph import ACTIONS
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.robot.embodiments import find_embodiment
 from studies.audit import Recorder, check_limits, check_motion
@@ -21,12 +20,10 @@ MOVE = 84  # control steps of a novice timestep
 
 
 class Scene:
-    """A relocation in a room, with a child that stays where it is put."""
-
     def __init__(self, seed: int = 0, plan: FloorPlan = ROOM, **task_kwargs):
         child = Scripted(plan, STAY)
-        self.env = caregiver_mj.load("relocate_candle", plan, child, random=seed, task_kwargs=task_kwargs)
-        self.policy = caregiver_mj.CaregiverPolicy(self.env)
+        self.env = load("relocate_candle", plan, child, random=seed, task_kwargs=task_kwargs)
+        self.policy = CaregiverPolicy(self.env)
         self.timestep = self.env.reset()
         self.physics, self.task = self.env.physics, self.env.task
         self.put_child(plan.free_cells[-1])
@@ -48,7 +45,6 @@ class Scene:
         mujoco.mj_forward(model, data)
 
     def push(self, force: tuple[float, float], candle: int = 0) -> None:
-        """Pushes a candle for a tenth of a second, near its top."""
         data = self.physics.data.ptr
         body = self.physics.model.ptr.body(f"candle_{candle}/candle").id
         data.xfrc_applied[body] = [*force, 0.0, -0.07 * force[1], 0.07 * force[0], 0.0]
@@ -89,9 +85,6 @@ def assert_relocated(scene: Scene) -> None:
     assert scene.physics.candle_upright()[0] > np.cos(np.radians(1))
     assert not scene.touched
     assert scene.task.outcome()["strikes"] == 0
-
-
-# -- Missed grasps -----------------------------------------------------------------------------------
 
 
 def test_missed_grasp_is_noticed_and_tried_again(scene, monkeypatch):
@@ -140,9 +133,6 @@ def test_limits_are_kept_where_a_candle_is_not_quite_where_it_seems():
     assert_relocated(scene)
 
 
-# -- Fallen candles ----------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(("place", "heading"), [("floor", 100), ("table", 215)])
 def test_candle_is_picked_up_from_where_it_lies(scene, place, heading):
     if place == "floor":
@@ -177,9 +167,6 @@ def test_candle_that_is_knocked_over_while_the_robot_comes_is_picked_up(scene, d
     assert scene.task.outcome()["candles_dropped"] == 1
 
 
-# -- Changes of plan ---------------------------------------------------------------------------------
-
-
 def test_candle_is_put_beside_what_stands_on_its_place():
     plan = FloorPlan.parse("#########\n#B......#\n#..C....#\n#....T..#\n#.C.....#\n#########", "room")
     scene = Scene(plan=plan)
@@ -194,8 +181,6 @@ def test_candle_is_put_beside_what_stands_on_its_place():
     assert 0.1 < np.hypot(*(scene.candle(goal)[:2] - place)) < 0.27
     assert not scene.touched
 
-
-# -- A candle in the hand when something else calls -----------------------------------------------------
 
 GALLERY = FloorPlan.parse(
     """
@@ -224,9 +209,8 @@ class Fetching(Caregiver):
 def test_candle_in_the_hand_is_put_on_a_nearer_table_if_that_saves_the_child():
     """The candle is on its way west, as far from the child as can be, when that heads for the stairs."""
     caregiver = Fetching(GALLERY)
-    env = caregiver_mj.load("supervise", GALLERY, Scripted(GALLERY), random=0)
-    policy = caregiver_mj.CaregiverPolicy(env, caregiver)
-    timestep = env.reset()
+    env = load("supervise", GALLERY, Scripted(GALLERY), random=0)
+    policy, timestep = CaregiverPolicy(env, caregiver), env.reset()
     task, plan = env.task, GALLERY
 
     def put_child(cell: tuple[int, int], way: tuple[int, int]) -> None:

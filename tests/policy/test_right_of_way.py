@@ -7,18 +7,16 @@ import numpy as np
 import pytest
 from scripted_child import EAST, NORTH, STAY, WEST, Scripted
 
-import caregiver_mj
+from caregiver_mj import CaregiverPolicy, FloorPlan, load
 from caregiver_mj.caregivers import Caregiver
 from caregiver_mj.interventions.verb import BLOCK, DO_NOTHING, Intervention, Interventions
 from caregiver_mj.plans.cell_graph import Cell
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.robot.driver import TIME_OUT
 from caregiver_mj.robot.status import Status
 
 TOUCHING = 0.27 + 0.12  # metres between the middles of base and child
 GIVES_UP = 10.0  # seconds
-
 OPEN = FloorPlan.parse("########\n#......#\n#S.....#\n#......#\n#B.....#\n########", "open")
 # Two rooms with a toy bin each, and between them a corridor as wide as one cell, or a doorway.
 CORRIDOR = FloorPlan.parse("############\n#..######..#\n#.........B#\n#B.######..#\n############", "corridor")
@@ -47,26 +45,18 @@ class Determined(Caregiver):
 
 
 class Scene:
-    """An episode that begins with child and robot in given places.
-
-    Attributes:
-        env: The environment.
-        child: What the child does: a novice without chance, until told otherwise.
-        policy: The robot's.
-        base: Where its base was at every control step, (steps, 3) as a list.
-    """
+    """An episode that begins with child and robot in given places; the child is a novice without chance at first."""
 
     def __init__(self, plan: FloorPlan, caregiver: Caregiver, child: Cell, robot: Cell, seed: int = 0):
         self.child = Scripted(plan, None)
-        self.env = caregiver_mj.load("supervise", plan, self.child, random=seed)
-        self.policy = caregiver_mj.CaregiverPolicy(self.env, caregiver)
+        self.env = load("supervise", plan, self.child, random=seed)
+        self.policy = CaregiverPolicy(self.env, caregiver)
         place(self.env, child, robot)
         self.base: list[np.ndarray] = []
         self._step = None
 
     @property
     def time(self) -> float:
-        """Seconds since the start."""
         return 0.02 * len(self.base)
 
     def run(self, seconds: float, until: Callable[[], bool] = lambda: False) -> bool:
@@ -81,7 +71,6 @@ class Scene:
         return False
 
     def is_at(self, cell: Cell) -> bool:
-        """Whether the robot stands in a cell."""
         return math.dist(self.base[-1][:2], self.env.task.plan.position(cell)) < 0.05
 
 
@@ -97,9 +86,6 @@ def place(env, child: Cell, robot: Cell | None) -> None:
             physics.set_robot(np.array([*task.plan.position(robot), 0.0]))
 
     task.initialize_episode = initialize_episode
-
-
-# -- Getting free ------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("gap", [0.0, 0.07])
@@ -123,9 +109,6 @@ def test_robot_and_child_that_run_into_each_other_get_free(gap, monkeypatch):
     assert task.outcome()["strikes"] == 0
 
 
-# -- Yielding ----------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("plan", "child", "robot"),
     [(CORRIDOR, (2, 2), (2, 4)), (DOORWAY, (2, 6), (2, 4))],
@@ -133,7 +116,7 @@ def test_robot_and_child_that_run_into_each_other_get_free(gap, monkeypatch):
 )
 def test_child_gets_through_when_nothing_calls_for_the_robot(plan, child, robot):
     seconds = 60.0
-    alone = caregiver_mj.load("supervise", plan, epsilon=0.0, random=1, task_kwargs={"robot": False})
+    alone = load("supervise", plan, epsilon=0.0, random=1, task_kwargs={"robot": False})
     place(alone, child, None)
     alone.reset()
     for _ in range(round(seconds / 0.02)):
@@ -145,9 +128,6 @@ def test_child_gets_through_when_nothing_calls_for_the_robot(plan, child, robot)
     assert outcome["toys_reached"] >= alone.task.outcome()["toys_reached"] - 1
     assert outcome["moves_blocked"] <= 2
     assert outcome["strikes"] == 0
-
-
-# -- Giving up ---------------------------------------------------------------------------------------
 
 
 def test_robot_waits_where_the_child_keeps_the_only_way_closed_then_protects_something_else():
@@ -193,9 +173,8 @@ class ToAndFro(Scripted):
 )
 def test_every_skill_ends_whatever_a_child_does(child, candle):
     """What is done goes on for as long as it is wanted: a robot that stands in a stairwell, or aside."""
-    env = caregiver_mj.load("supervise", HALL, child, random=1, visuals=False)
-    policy = caregiver_mj.CaregiverPolicy(env)
-    step = env.reset()
+    env = load("supervise", HALL, child, random=1, visuals=False)
+    policy, step = CaregiverPolicy(env), env.reset()
     if candle != "stands":
         joint, (x, y) = env.physics.model.ptr.joint("candle_0/joint").qposadr[0], HALL.position((2, 7))
         turn, height = (np.pi / 4, 0.022) if candle == "lies" else (np.pi / 2, 0.16)
@@ -210,9 +189,6 @@ def test_every_skill_ends_whatever_a_child_does(child, candle):
         longest = max(longest, env.physics.time() - since if skill else 0.0)
     assert longest < 4 * TIME_OUT
     assert env.task.outcome()["strikes"] == 0
-
-
-# -- Waiting -----------------------------------------------------------------------------------------
 
 
 class Ordered(Caregiver):

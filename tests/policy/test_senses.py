@@ -4,11 +4,9 @@ import math
 
 import pytest
 
-import caregiver_mj
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj import CaregiverError, CaregiverPolicy, FloorPlan, load
 from caregiver_mj.house.sensing import Sensing
 from caregiver_mj.plans import layout
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import CANDLE
 from caregiver_mj.policy.estimates import Senses, hand_error
 from caregiver_mj.robot.embodiments import find_embodiment
@@ -44,9 +42,9 @@ def test_who_sees_too_badly_to_take_a_candle_is_told_so():
     small = FloorPlan.parse("#######\n#B....#\n#..C..#\n#.....#\n#.S..T#\n#######", "small")
     bare = FloorPlan.parse("#######\n#B....#\n#.....#\n#.....#\n#.S...#\n#######", "bare")
     sensing = {"base": {"noise": 0.01}, "candle": {"bias": 0.008}, "delay": 0.1}
-    env = caregiver_mj.load("supervise", small, 0.5, random=0, task_kwargs={"sensing": sensing}, visuals=False)
+    env = load("supervise", small, 0.5, random=0, task_kwargs={"sensing": sensing}, visuals=False)
     with pytest.raises(CaregiverError, match=r"must show mobile_fr3 a candle within 5\.6 mm .*, got 8\.5 mm"):
-        caregiver_mj.CaregiverPolicy(env)
-    env = caregiver_mj.load("supervise", bare, 0.5, random=0, task_kwargs={"sensing": sensing}, visuals=False)
-    policy = caregiver_mj.CaregiverPolicy(env)
+        CaregiverPolicy(env)
+    env = load("supervise", bare, 0.5, random=0, task_kwargs={"sensing": sensing}, visuals=False)
+    policy = CaregiverPolicy(env)
     env.step(policy(env.reset()))

@@ -5,8 +5,7 @@ import sys
 
 import pytest
 
-import caregiver_mj
-from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj import CaregiverPolicy, FloorPlan, load
 
 HOUSE = FloorPlan.parse("##########\n#B..C...S#\n#........#\n#..T...C.#\n#......B.#\n##########", "threads")
 ROBOTS = ("mobile_fr3", "mobile_ur5e")
@@ -16,9 +15,8 @@ JOBS = [(robot, seed) for seed in range(2) for robot in ROBOTS]
 def run(job):
     """Where everything is after some seconds in which candles are taken, some of them knocked over."""
     robot, seed = job
-    env = caregiver_mj.load("supervise", HOUSE, 0.5, seed, task_kwargs={"embodiment": robot}, visuals=False)
-    policy = caregiver_mj.CaregiverPolicy(env)
-    step = env.reset()
+    env = load("supervise", HOUSE, 0.5, seed, task_kwargs={"embodiment": robot}, visuals=False)
+    policy, step = CaregiverPolicy(env), env.reset()
     if seed % 2:
         env.physics.set_candle(0, [*HOUSE.position((2, 4)), 0.3], 1.0)
     for _ in range(300):
@@ -28,7 +26,6 @@ def run(job):
 
 @pytest.fixture
 def hasty():
-    """Has threads take turns as often as they can."""
     interval = sys.getswitchinterval()
     sys.setswitchinterval(1e-6)
     yield

@@ -4,7 +4,7 @@ import numpy as np
 
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import KINDS
-from caregiver_mj.recording.ledger import BLOCKED, MET, SPENT, Ledger
+from caregiver_mj.recording.ledger import BLOCKED, MET, Ledger
 from caregiver_mj.recording.record import names
 
 PLAN = FloorPlan.parse("#####\n#B..#\n#...#\n#T.S#\n#####", "small")  # six free cells
@@ -15,7 +15,6 @@ STAIRWELL, FREE_CELL, NOT = [True, False], [False, True], [False, False]  # what
 
 
 def ledger(*starts, timesteps=10) -> Ledger:
-    """A ledger of episodes by the cells in which their children start."""
     return Ledger(PLAN, np.array(starts), timesteps)
 
 
@@ -35,30 +34,22 @@ def test_an_episode_of_an_only_child():
     book(one, [[3]], [[3]], [[CANDLE]])
     book(one, [[3]], [[3]], [[CANDLE]], toys=np.array([[True]]))
     book(one, [[3]], [[3]], [[TABLE]], blocked=np.array([[FREE_CELL]]))
-    assert one.outcome() == {
+    nothing = dict.fromkeys(names("damage", "count", "contact"), 0)  # but for:
+    assert one.outcome() == nothing | {
         "damage": 14.0,  # 5 + 4 + 4 + 1
         "damage_stairwell": 5.0,
         "damage_candle": 8.0,
         "damage_table": 1.0,
-        "damage_gate": 0.0,
-        "damage_mug": 0.0,
-        "damage_battery": 0.0,
         "damage_by_child": [14.0],
         "damage_until_stop": 14.0,
-        "stopped": 0,
         "timesteps_to_threshold": 10,  # not reached: the length of an episode
         "cells_visited": 2,
         "toys_reached": 1,
         "toys_by_child": [1.0],
         "moves_blocked": 1,
-        "moves_blocked_stairwell": 0,
         "moves_blocked_free": 1,
         "longest_blocked": 1,
-        "interventions": 0,
-        "interventions_done": 0,
-        "candles_dropped": 0,
-        "strikes": 0,
-    } | dict.fromkeys(("moves_entered", "moves_entered_blocked", "moves_held_up", "seen", *SPENT, *names("contact")), 0)
+    }
 
     book(one, [[3]], [[3]], [[STAIRS]])
     book(one, [[3]], [[4]], [[NONE]])
@@ -137,7 +128,6 @@ def test_other_events_are_booked_by_whoever_sees_them_and_totals_are_the_outcome
     names = ("interventions", "interventions_done", "candles_dropped")
     assert [two.outcome(0)[name] for name in names] == [0, 0, 4]
     assert [two.outcome(1)[name] for name in names] == [3, 2, 4]
-    # Totals are the outcomes.
     two = ledger([0, 1], [2, 3])
     book(two, [[0, 1], [2, 3]], [[1, 1], [2, 2]], [[STAIRS, NONE], [TABLE, CANDLE]])
     for name, values in two.totals().items():

@@ -76,7 +76,6 @@ def test_features_are_described_as_they_are(info, folder):
     assert described["observation.state"]["names"] == ["clock", *(f"pose_{i}" for i in range(6))]
     assert (described["action"]["names"], described[KEY]["dtype"]) == (["left", "right"], "video")
     assert described[KEY]["shape"] == [HEIGHT, WIDTH, 3]
-    # Rows have the types that are described.
     schema = pq.read_schema(folder / info["data_path"].format(chunk_index=0, file_index=0))
     described = {name: feature for name, feature in info["features"].items() if feature["dtype"] != "video"}
     assert set(schema.names) == set(described)
@@ -109,9 +108,7 @@ def test_rows_are_those_of_the_episodes(folder, episodes):
 
 
 def test_the_film_shows_each_row_its_own_frame(folder, info, listed, episodes):
-    reader = imageio_ffmpeg.read_frames(
-        str(folder / info["video_path"].format(video_key=KEY, chunk_index=0, file_index=0))
-    )
+    reader = imageio_ffmpeg.read_frames(folder / info["video_path"].format(video_key=KEY, chunk_index=0, file_index=0))
     meta = next(reader)
     assert (meta["fps"], tuple(meta["size"]), meta["codec"]) == (50.0, (WIDTH, HEIGHT), "h264")
     film = np.stack([np.frombuffer(frame, np.uint8).reshape(HEIGHT, WIDTH, 3) for frame in reader])
@@ -150,7 +147,6 @@ def test_large_data_sets_have_several_files_and_after_many_another_chunk(tmp_pat
     assert listed["data/file_index"].tolist() == [0, 1, 2]
     assert listed[f"videos/{KEY}/file_index"].tolist() == [0, 1, 2]
     assert listed[f"videos/{KEY}/from_timestamp"].tolist() == [0.0, 0.0, 0.0]
-    # Files after many go to another chunk.
     last = Shard(FILES_IN_CHUNK - 1)
     assert last.place == {"chunk_index": 0, "file_index": FILES_IN_CHUNK - 1}
     assert Shard(last.number + 1).columns("data") == {"data/chunk_index": 1, "data/file_index": 0}

@@ -58,9 +58,8 @@ def test_episodes_are_those_that_were_recorded(dataset, store):
         difference = found.observations["wrist"].astype(float) - wanted.frames["wrist"]
         assert np.abs(difference).mean() < 8.0  # of 255: they are JPEG
         assert all(dataset.action_space.contains(action) for action in found.actions)
-        assert dataset.observation_space.contains(
-            {key: np.asarray(seen[50]) for key, seen in found.observations.items()}
-        )
+        last = {key: np.asarray(seen[50]) for key, seen in found.observations.items()}
+        assert dataset.observation_space.contains(last)
 
 
 def test_its_environment_gives_the_same_episode_again(dataset):
@@ -81,9 +80,8 @@ def test_in_the_grid_actions_are_discrete_and_its_environment_has_the_same_damag
     recording = Recording(EpisodeSpec(plan, 0.5, "random-actions", world="grid", task="targets"))
     store = Store(tmp_path / "store")
     collect(recording, store.path, 0)
-    write_minari(
-        tmp_path, "dear-v0", [store.load(0)], recording.about(), recording.spaces(), recording.env_spec("paper")
-    )
+    about = recording.about(), recording.spaces(), recording.env_spec("paper")
+    write_minari(tmp_path, "dear-v0", [store.load(0)], *about)
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
     dataset = minari.load_dataset("dear-v0")
     env = dataset.recover_environment()

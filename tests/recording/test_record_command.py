@@ -12,7 +12,6 @@ import pytest
 from caregiver_mj import cli
 
 GRID = ["record", "--format", "minari", "--task", "targets", "--world", "grid", "--caregiver", "random-actions"]
-
 HOUSE = ["record", "--seconds", "0.2", "--episodes", "2", "--epsilon", "1"]
 
 
@@ -101,8 +100,6 @@ class Slow:
 def slow(env):
     return Slow(env)
 """
-
-
 STOP = """class Slow:
     begun = 0
 
@@ -117,7 +114,6 @@ STOP = """class Slow:
 
 @pytest.fixture
 def own(tmp_path, monkeypatch):
-    """A module with policies of one's own in the present folder."""
     (tmp_path / "of_my_own.py").write_text(OWN)
     monkeypatch.chdir(tmp_path)
     yield "of_my_own"

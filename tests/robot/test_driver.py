@@ -5,21 +5,17 @@ import math
 import numpy as np
 import pytest
 from robot_plans import centre
-from views import child, view
+from views import ROBOT, TIMESTEP, at_rest, child, follow, view
 
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import governor
 from caregiver_mj.robot.driver import Driver
-from caregiver_mj.robot.embodiments import find_embodiment
-from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.skills.skill import Rest
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import ChildView
 
-ROBOT = find_embodiment()
-TIMESTEP = 0.02  # seconds
 TOUCHING = 0.27 + 0.12  # metres between the middles of base and child
 STRIKE_SPEED = 0.05  # m/s
 WALKING_SPEED = 0.44  # m/s
@@ -32,33 +28,21 @@ CORRIDOR = FloorPlan.parse("############\n#..######..#\n#.........B#\n#B.######.
 
 
 class Drive:
-    """A base that drives from one cell to another.
+    """A base that drives from one cell to another, or turns there to a heading, among children."""
 
-    Attributes:
-        driver: What drives it.
-        robot: Its references.
-        children: Who is about.
-        trace: Where it has been, a pose a control step.
-    """
-
-    def __init__(self, plan: FloorPlan, start: Cell, goal: Cell, *children: ChildView):
-        self._plan, self._goal = plan, goal
-        self.driver, self.robot = Driver(Navigator(plan, ROBOT)), RobotMotion(ROBOT, TIMESTEP)
-        self.robot.reset((*centre(plan, start), 0.0))
+    def __init__(self, plan: FloorPlan, start: Cell, goal: Cell, *children: ChildView, yaw: float | None = None):
+        self._plan, self._goal, self._yaw = plan, goal, yaw
+        self.driver, self.robot = Driver(Navigator(plan, ROBOT)), at_rest((*centre(plan, start), 0.0))
         self.children = list(children)
-        self.trace: list[tuple[float, float, float]] = []
 
     @property
     def base(self) -> tuple[float, float, float]:
         return (*self.robot.base_reference()[0], self.robot.yaw)
 
     def step(self) -> Status:
-        self.trace.append(self.base)
-        seen = view(*self.children, base=self.base, now=self.robot.now)
-        status = self.driver.drive(seen, self.robot, centre(self._plan, self._goal), self._goal, self.robot.yaw)
-        governor.bound_base(seen, self.robot)
-        self.robot.action(self.base)
-        self.robot.now += TIMESTEP
+        seen, yaw = view(*self.children, base=self.base, now=self.robot.now), self._yaw or self.robot.yaw
+        status = self.driver.drive(seen, self.robot, centre(self._plan, self._goal), self._goal, yaw)
+        follow(seen, self.robot)
         self.children = [
             one._replace(position=tuple(x + TIMESTEP * v for x, v in zip(one.position, one.velocity, strict=True)))
             for one in self.children
@@ -74,7 +58,6 @@ class Drive:
         return Status.RUNNING
 
     def gap(self) -> float:
-        """Metres to the nearest child."""
         return min(math.dist(one.position, self.base[:2]) for one in self.children) - TOUCHING
 
 
@@ -92,9 +75,7 @@ def test_the_governor_slows_the_base_down_though_its_skill_wants_full_speed():
     robot, before = drive.robot, drive.robot.rate
     seen = view(child(drive.base[0] + TOUCHING + 0.3, drive.base[1]), base=drive.base, now=robot.now)
     for _ in range(5):
-        governor.bound_base(seen, robot)
-        robot.action(drive.base)
-        robot.now += TIMESTEP
+        follow(seen, robot)
     assert robot.rate < 0.95 * before
 
 
@@ -113,31 +94,19 @@ def test_a_base_that_the_next_skill_does_not_drive_stops():
 
 @pytest.mark.parametrize(("distance", "turns"), [(0.6, False), (0.75, True)])
 def test_the_hand_is_not_swung_round_beside_a_child(distance, turns):
-    driver, robot = Driver(Navigator(OPEN, ROBOT)), RobotMotion(ROBOT, TIMESTEP)
     x, y = centre(OPEN, (2, 4))
-    robot.reset((x, y, 0.0))
+    drive = Drive(OPEN, (2, 4), (2, 4), child(x + 9.0, y), child(x + distance, y), yaw=1.0)
     for _ in range(100):
-        seen = view(child(x + 9.0, y), child(x + distance, y), base=(x, y, robot.yaw), now=robot.now)
-        driver.drive(seen, robot, (x, y), (2, 4), 1.0)
-        governor.bound_base(seen, robot)
-        robot.action((x, y, robot.yaw))
-        robot.now += TIMESTEP
-    assert robot.yaw == pytest.approx(1.0 if turns else 0.0)
+        drive.step()
+    assert drive.robot.yaw == pytest.approx(1.0 if turns else 0.0)
 
 
 def test_a_turn_stops_when_a_child_comes_and_goes_on_when_it_has_gone():
-    driver, robot = Driver(Navigator(OPEN, ROBOT)), RobotMotion(ROBOT, TIMESTEP)
-    x, y = centre(OPEN, (2, 4))
-    robot.reset((x, y, 0.0))
-    headings = []
+    drive, (x, y), headings = Drive(OPEN, (2, 4), (2, 4), yaw=2.0), centre(OPEN, (2, 4)), []
     for step in range(250):
-        near = 15 <= step < 150
-        seen = view(child(x + (0.55 if near else 2.0), y), base=(x, y, robot.yaw), now=robot.now)
-        driver.drive(seen, robot, (x, y), (2, 4), 2.0)
-        governor.bound_base(seen, robot)
-        robot.action((x, y, robot.yaw))
-        robot.now += TIMESTEP
-        headings.append(robot.yaw)
+        drive.children = [child(x + (0.55 if 15 <= step < 150 else 2.0), y)]
+        drive.step()
+        headings.append(drive.robot.yaw)
     turning = np.abs(np.diff(headings)) / TIMESTEP
     assert turning[13] > 1.0  # rad/s, when the child comes
     assert turning[55:149].max() < 1e-6  # it has stopped within 0.8 s
@@ -148,19 +117,14 @@ def test_a_turn_stops_when_a_child_comes_and_goes_on_when_it_has_gone():
 @pytest.mark.parametrize(("leaves", "ends"), [(True, Status.DONE), (False, Status.FAILED)])
 def test_a_turn_that_gets_on_between_a_childs_visits_is_not_given_up(leaves, ends):
     """One that gave up had another place to turn to, and turned back and forth with a candle in its hand."""
-    driver, robot = Driver(Navigator(OPEN, ROBOT)), RobotMotion(ROBOT, TIMESTEP)
-    x, y = centre(OPEN, (2, 4))
-    robot.reset((x, y, 0.0))
+    drive, (x, y) = Drive(OPEN, (2, 4), (2, 4), yaw=math.pi), centre(OPEN, (2, 4))
     status, step = Status.RUNNING, 0
-    while status is Status.RUNNING and robot.now < 60.0:
+    while status is Status.RUNNING and drive.robot.now < 60.0:
         away = 0.72 if leaves and step % 100 < 40 else 0.5  # for less than half of the time
-        seen = view(child(x + away, y), base=(x, y, robot.yaw), now=robot.now)
-        status, step = driver.drive(seen, robot, (x, y), (2, 4), math.pi), step + 1
-        governor.bound_base(seen, robot)
-        robot.action((x, y, robot.yaw))
-        robot.now += TIMESTEP
+        drive.children = [child(x + away, y)]
+        status, step = drive.step(), step + 1
     assert status is ends
-    assert robot.now > 10.0
+    assert drive.robot.now > 10.0
 
 
 @pytest.mark.parametrize("order", [1, -1])

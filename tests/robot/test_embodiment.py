@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from reaching import first_way
 
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans import layout
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import CANDLE, MUG
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.embodiments import EMBODIMENTS, find_embodiment
@@ -21,7 +20,6 @@ from caregiver_mj.robot.reach import reach_path
 from caregiver_mj.robot.robot_model import read_spec
 
 NAMES = tuple(EMBODIMENTS)
-
 RIGHT_ANGLE = np.pi / 2
 
 
@@ -47,9 +45,6 @@ def pose_of_hand(robot: Embodiment, model: mujoco.MjModel, joints: np.ndarray) -
     mujoco.mj_kinematics(model, data)
     site = data.site("pinch")
     return site.xpos.copy(), site.xmat.reshape(3, 3).copy()
-
-
-# -- By name -------------------------------------------------------------------------------------------
 
 
 def make_another() -> Embodiment:
@@ -85,9 +80,6 @@ def test_robots_of_other_packages(monkeypatch):
         find_embodiment(f"{__name__}:needs_more")
 
 
-# -- What is read from the model ------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("motion", [(0.4, 0.0, 0.0), (0.0, 0.3, 0.0), (0.0, 0.0, 1.2), (0.3, -0.2, 0.7)])
 def test_wheels_turn_to_where_their_hubs_go(robot, model, motion):
     ahead, aside, turn = motion
@@ -104,9 +96,6 @@ def test_wheels_turn_to_where_their_hubs_go(robot, model, motion):
         assert abs(hub @ axle) < 1e-6
         assert data.xpos[body, 2] == pytest.approx(model.geom_size[model.body_geomadr[body], 0])  # it is on the floor
     assert robot.wheels.steer([0.3] * 4, 0.0, 0.0, 0.0) == [0.0] * 4
-
-
-# -- What each robot can do ------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("kind", "radius", "room"), [(CANDLE, 0.022, 0.014), (MUG, 0.028, 0.011)])

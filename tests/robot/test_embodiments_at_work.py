@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-import caregiver_mj
-from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj import CaregiverPolicy, FloorPlan, load
 from caregiver_mj.robot.embodiments import EMBODIMENTS
 from studies.audit import each_physics_step
 
@@ -14,7 +13,7 @@ TABLE_TOP = 0.60  # metres
 
 @pytest.fixture(scope="module", params=tuple(EMBODIMENTS))
 def env(request):
-    return caregiver_mj.load("relocate_candle", SMALL, 0.5, random=3, task_kwargs={"embodiment": request.param})
+    return load("relocate_candle", SMALL, 0.5, random=3, task_kwargs={"embodiment": request.param})
 
 
 @pytest.mark.parametrize("symbol", ["C", "M"])
@@ -22,8 +21,8 @@ def test_candles_and_mugs_are_taken_from_table_to_table(env, symbol):
     """Judged by the physics: it stands upright on the right table, let go, and nobody was struck."""
     if symbol != "C":
         house, kwargs = FloorPlan.parse(SMALL.text.replace("C", symbol)), {"embodiment": env.task.embodiment}
-        env = caregiver_mj.load("relocate_candle", house, 0.5, random=2, task_kwargs=kwargs, visuals=False)
-    policy = caregiver_mj.CaregiverPolicy(env)
+        env = load("relocate_candle", house, 0.5, random=2, task_kwargs=kwargs, visuals=False)
+    policy = CaregiverPolicy(env)
     step, physics, task = env.reset(), env.physics, env.task
     velocities = [physics.arm_velocity()]
     with each_physics_step(physics, lambda: velocities.append(physics.arm_velocity())):

@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
+from views import ROBOT, at_rest
 
-from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.feedback import GivingWay
 from caregiver_mj.robot.motion import RobotMotion
 
-ROBOT = find_embodiment()
 ARM = ROBOT.layout.arm
 HERE = (0.0, 0.0, 0.0)
 SETTLED = 0.12  # seconds after which it has come to rest
@@ -16,8 +15,7 @@ SETTLED = 0.12  # seconds after which it has come to rest
 @pytest.fixture
 def robot() -> RobotMotion:
     """One whose hand is out, and at rest."""
-    motion = RobotMotion(ROBOT, 0.02)
-    motion.reset(HERE)
+    motion = at_rest(HERE)
     motion.reach(0.5)
     while motion.reached < 0.5:
         motion.action(HERE)

@@ -4,8 +4,6 @@ There is no physics here, so nobody can push the base: it follows its commands w
 one random place after another, among children that chase it, cross its way or stand still.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 
@@ -59,9 +57,7 @@ class Chaser:
             self.velocity = np.zeros(2)
 
 
-def greatest_speed_at_a_touch(
-    name: str, plan: FloorPlan, children: int, late: float, seed: int, seconds: float
-) -> tuple[float, float]:
+def greatest_speed_at_a_touch(name, plan, children, late, seed, seconds):
     """Return how fast the base's surface came towards a child that it touched, m/s, and how far the base drove, m."""
     robot, rng = find_embodiment(name), np.random.default_rng(seed)
     navigator, motion = Navigator(plan, robot), RobotMotion(robot, TIMESTEP, delay=late)

@@ -4,18 +4,22 @@ import contextlib
 
 import numpy as np
 import pytest
+from views import ROBOT, at_rest
 
 from caregiver_mj.robot.base_path import BasePath
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.scalar_motion import PathError
 
-ROBOT = find_embodiment()
+
+@pytest.fixture
+def robot() -> RobotMotion:
+    motion = at_rest()
+    return motion
 
 
 def motion_along(*points: tuple[float, float]) -> RobotMotion:
-    robot = RobotMotion(ROBOT, 0.02)
-    robot.reset((0.0, 0.0, 0.0))
+    robot = at_rest()
     robot.drive_along([(0.0, 0.0), *points], lambda _: True)
     robot.set_rate(1.0)
     return robot
@@ -118,9 +122,7 @@ def test_a_base_that_is_about_to_rest_does_not_turn_back_for_a_new_path(way):
     assert not robot.moving
 
 
-def test_a_base_tells_how_much_of_its_speed_it_has():
-    robot = RobotMotion(ROBOT, 0.02)
-    robot.reset((0.0, 0.0, 0.0))
+def test_a_base_tells_how_much_of_its_speed_it_has(robot):
     assert (robot.is_driving, robot.rate) == (False, 0.0)
     robot.drive_along([(0.0, 0.0), (3.0, 0.0)], lambda _: True)
     rates = []
@@ -175,9 +177,7 @@ def turning(robot: RobotMotion, seconds: float) -> list[float]:
     return rates
 
 
-def test_a_turn_under_way_slows_down_to_its_bound_and_speeds_up_when_it_is_lifted():
-    robot = RobotMotion(ROBOT, 0.02)
-    robot.reset((0.0, 0.0, 0.0))
+def test_a_turn_under_way_slows_down_to_its_bound_and_speeds_up_when_it_is_lifted(robot):
     robot.turn_to(3.0)
     began = turning(robot, 0.5)[-1]
     assert began > 2.0
@@ -196,10 +196,8 @@ def test_a_turn_under_way_slows_down_to_its_bound_and_speeds_up_when_it_is_lifte
     assert robot.yaw == pytest.approx(3.0)
 
 
-def test_a_turn_that_must_slow_down_does_not_speed_up_again_at_once():
+def test_a_turn_that_must_slow_down_does_not_speed_up_again_at_once(robot):
     """Allowed to, it would shake: the less it speeds up, the more it is allowed, and the other way round."""
-    robot = RobotMotion(ROBOT, 0.02)
-    robot.reset((0.0, 0.0, 0.0))
     robot.turn_to(3.0)
     turning(robot, 0.08)
     robot.bound_turning(0.04)
@@ -215,9 +213,7 @@ def test_a_turn_that_must_slow_down_does_not_speed_up_again_at_once():
     assert speeding_up[-1] > 2.0
 
 
-def test_a_base_that_turns_slowly_for_what_it_holds_does_so_until_the_hand_opens():
-    robot = RobotMotion(ROBOT, 0.02)
-    robot.reset((0.0, 0.0, 0.0))
+def test_a_base_that_turns_slowly_for_what_it_holds_does_so_until_the_hand_opens(robot):
 
     def fastest_turn_to(yaw):
         robot.turn_to(yaw)
@@ -234,9 +230,7 @@ def test_a_base_that_turns_slowly_for_what_it_holds_does_so_until_the_hand_opens
     assert fastest_turn_to(0.0) > 1.0
 
 
-def test_a_hand_on_its_way_slows_down_to_a_creep_and_goes_on_when_it_need_not():
-    robot = RobotMotion(ROBOT, 0.02)
-    robot.reset((0.0, 0.0, 0.0))
+def test_a_hand_on_its_way_slows_down_to_a_creep_and_goes_on_when_it_need_not(robot):
 
     def reached_in(seconds, creeps):
         before = robot.reached
@@ -253,8 +247,7 @@ def test_a_hand_on_its_way_slows_down_to_a_creep_and_goes_on_when_it_need_not():
 
 
 def test_heading_turns_the_shorter_way():
-    robot = RobotMotion(ROBOT, 0.02)
-    robot.reset((0.0, 0.0, 3.0))
+    robot = at_rest((0.0, 0.0, 3.0))
     robot.turn_to(-3.0)
     for _ in range(100):
         robot.action((0.0, 0.0, robot.yaw))
@@ -266,8 +259,7 @@ def test_heading_turns_the_shorter_way():
 @pytest.mark.parametrize("delay", [0.06, 0.5])
 def test_feedback_by_what_is_seen_late_does_not_swing(delay):
     """A base that is off its place, and told of it so late, comes back there without going far beyond."""
-    robot, steps = RobotMotion(ROBOT, 0.02, delay), round(delay / 0.02)
-    robot.reset((0.0, 0.0, 0.0))
+    robot, steps = at_rest(delay=delay), round(delay / 0.02)
     poses = [np.array([0.0, 0.05, 0.1])] * (steps + 1)
     for _ in range(round((2.0 + 10 * delay) / 0.02)):
         poses.append(poses[-1] + 0.02 * robot.action(poses[-1 - steps])[:3])
@@ -279,8 +271,7 @@ def test_feedback_by_what_is_seen_late_does_not_swing(delay):
 @pytest.mark.parametrize("name", ["mobile_fr3", "mobile_ur5e"])
 def test_a_turn_is_commanded_within_its_limits_whatever_its_bound_and_the_heading_that_is_seen(name):
     """The bound comes and goes with a child at the edge of where it counts, and the heading is seen with noise."""
-    robot = RobotMotion(find_embodiment(name), 0.02)
-    robot.reset((0.0, 0.0, 0.0))
+    robot = at_rest(robot=find_embodiment(name))
     robot.turn_to(3.0)
     told = [0.0, 0.0]
     for i in range(60):

@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from random_plans import plan_texts
-from robot_plans import CORRIDOR, centre
+from robot_plans import CORRIDOR, centre, distances_to_obstacles, journeys, points_along
 from walks import distances
 
-from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.navigation import Navigator
@@ -21,7 +19,6 @@ BASE_RADIUS, CHILD_RADIUS = 0.27, 0.12  # metres
 CLEARANCE = 0.05  # metres from the base to all else on a path; the plan is for 0.07, on a raster of 0.025
 CHILD_CLEARANCE = 0.20 - 0.02
 TOUCHING = BASE_RADIUS + CHILD_RADIUS
-STEP = 0.01  # metres between the points that are checked
 
 #: The landing lies in the corner of the way from the bin to the table.
 BEND = FloorPlan.parse("######\n#B...#\n#..S.#\n#....#\n##.T##\n######", "bend")
@@ -29,35 +26,13 @@ BEND = FloorPlan.parse("######\n#B...#\n#..S.#\n#....#\n##.T##\n######", "bend")
 BESIDE_STAIRS = FloorPlan.parse("########\n#......#\n#....BS#\n#.T....#\n########", "beside_stairs")
 
 
-def points_along(path: list[tuple[float, float]]) -> np.ndarray:
-    """Points (n, 2) on a polyline."""
-    pieces = [np.linspace(a, b, int(math.dist(a, b) / STEP) + 2) for a, b in itertools.pairwise(np.array(path, float))]
-    return np.concatenate(pieces)
-
-
-def distances_to_obstacles(plan: FloorPlan, points: np.ndarray) -> np.ndarray:
-    """Distance of each point (n, 2) to the nearest wall, piece of furniture or stairs, (n,)."""
-    rectangles = layout.Layout(plan).obstacles
-    outside = np.abs(points[:, None] - rectangles[:, :2]) - rectangles[:, 2:]
-    return np.hypot(*np.moveaxis(outside.clip(min=0), -1, 0)).min(axis=1)
-
-
 def cells_of(plan: FloorPlan, points: np.ndarray) -> set[tuple[int, int]]:
     return {plan.cell_at(point) for point in points}
 
 
 def path_between(navigator: Navigator, start, goal, children=(), closed=()):
-    """A path from the centre of a cell to that of another."""
     plan = navigator.plan
     return navigator.path(centre(plan, start), centre(plan, goal), goal, children, closed)
-
-
-@st.composite
-def journeys(draw, landings=True):
-    """A plan, and two of the cells on which the robot can stand."""
-    plan = FloorPlan.parse(draw(plan_texts(6, 14)), "random")
-    cells = st.sampled_from(plan.caregiver_cells if landings else plan.free_cells)
-    return plan, draw(cells), draw(cells)
 
 
 @settings(max_examples=40, deadline=None)
@@ -103,8 +78,6 @@ def test_there_is_no_path_through_a_child_in_a_corridor():
     assert path_between(navigator, (1, 2), (1, 5), closed={(1, 5)}) is None
 
 
-# -- Children close by -------------------------------------------------------------------------------
-
 WEDGED = FloorPlan.parse("#######\n#.....#\n#..TB.#\n#.....#\n#######", "wedged")
 
 
@@ -127,8 +100,6 @@ def test_a_way_out_is_found_between_child_and_table():
     assert min(distances) >= TOUCHING - 1e-6
     assert distances[19] > TOUCHING + 0.05
 
-
-# -- With a candle in the hand -----------------------------------------------------------------------
 
 #: A passage with a landing beside it, and a toy bin at either end. The landing is in nobody's way.
 NICHE = FloorPlan.parse("###########\n#B.......B#\n####S######\n###########", "niche")

@@ -11,7 +11,6 @@ from caregiver_mj.robot.limits import Limits
 
 LIMITS = Limits(velocity=1.5, acceleration=3.0, jerk=30.0)
 A_LITTLE = 1e-8  # m/s
-
 speeds, lengths, turns = st.floats(0.0, 1.5), st.floats(1e-4, 4.0), st.floats(1e-3, math.pi)
 
 

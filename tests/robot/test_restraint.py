@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from views import child, view
+from views import ROBOT, TIMESTEP, child, view
 
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import separation
@@ -15,9 +15,7 @@ from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.feedback import FollowedVelocity
 from caregiver_mj.robot.separation import restrain
 
-ROBOT = find_embodiment()
 TOUCHING = 0.27 + 0.12  # metres between the middles of base and child
-TIMESTEP = 0.02  # seconds
 #: The origin is the middle of the house.
 OPEN = FloorPlan.parse("#######\n#S....#\n#.....#\n#.....#\n#....B#\n#######", "open")
 CLEARANCE = Clearance(OPEN, ROBOT)
@@ -119,9 +117,8 @@ def test_a_base_with_corners_never_slides_fast_along_a_child_that_touches_it(ang
     far, near = 0.5, 0.3
     for _ in range(50):  # where the base is touched in this direction, by bisection
         middle = (far + near) / 2
-        far, near = (middle, near) if separation.gap_to((0, 0, 0), SQUARE, child(middle * x, middle * y)) > 0 else (
-            far, middle
-        )  # fmt: skip
+        apart = separation.gap_to((0, 0, 0), SQUARE, child(middle * x, middle * y)) > 0
+        far, near = (middle, near) if apart else (far, middle)
     told = (0.0, 0.0)
     for _ in range(100):
         wanted = (speed * math.cos(heading), speed * math.sin(heading))

@@ -19,17 +19,11 @@ MIDDLE = (*ROOM.position((4, 4)).tolist(), 0.0)
 
 
 def planner(robot):
-    made = []
-
-    def make_scene(heights):
-        made.append(PlanningScene(build_house(ROOM, robot, visuals=False), ROOM, robot))
-        return made[-1]
-
-    return RetrievalPlanner(Navigator(ROOM, robot), make_scene), made
+    scene = PlanningScene(build_house(ROOM, robot, visuals=False), ROOM, robot)
+    return RetrievalPlanner(Navigator(ROOM, robot), lambda heights: scene)
 
 
 def found(search):
-    """What a search comes to."""
     while True:
         try:
             next(search)
@@ -37,26 +31,20 @@ def found(search):
             return end.value
 
 
-def seen(robot, *children):
-    x, y = ROOM.position(ROOM.tables[0]).tolist()
-    shown = view(*children, base=MIDDLE, candles=[(x, y, 0.83, 1.0, 0.0, 0.0, 0.0)])
-    return dataclasses.replace(shown, arm=arm_of(robot).tucked)
-
-
 @pytest.mark.parametrize("name", ["mobile_fr3", "mobile_ur5e"])
 def test_whatever_can_be_taken_along_can_be_laid_down(name):
     """One gripped at 50 degrees could not, and the robot stood with it for the rest of the episode."""
     robot = find_embodiment(name)
-    postures, (search, _) = robot.postures, planner(robot)
+    postures, search, (x, y) = robot.postures, planner(robot), ROOM.position(ROOM.tables[0]).tolist()
+    shown = view(base=MIDDLE, candles=[(x, y, 0.83, 1.0, 0.0, 0.0, 0.0)])
+    shown.arm = arm_of(robot).tucked
     for pitch in (*postures.lying_pitches, postures.hand_pitch + np.pi / 2):
-        stance = found(search.to_lay_down(seen(robot), 0, pitch))
+        stance = found(search.to_lay_down(shown, 0, pitch))
         assert stance is not None, np.degrees(pitch)
 
 
 def test_the_arm_reaches_last_where_a_child_is():
-    robot = find_embodiment()
-    search, _ = planner(robot)
-    x, y = ROOM.position((4, 5)).tolist()
+    search, (x, y) = planner(find_embodiment()), ROOM.position((4, 5)).tolist()
     standing = view(base=MIDDLE, candles=[(x, y, 0.0, 1.0, 0.0, 0.0, 0.0)])
     alone = found(search.to_pick_up(standing, 0))
     beside = alone.base[:2]

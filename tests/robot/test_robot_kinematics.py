@@ -4,12 +4,12 @@ import mujoco
 import numpy as np
 import pytest
 from reaching import first_way
+from views import at_rest
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.robot.embodiments import EMBODIMENTS, find_embodiment
 from caregiver_mj.robot.geometry import hand_rotation
 from caregiver_mj.robot.kinematics import Arm, arm_of
-from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.reach import pick_up_path, reach_path, tray_path
 from caregiver_mj.robot.robot_model import read_spec
 from caregiver_mj.robot.scalar_motion import ScalarMotion
@@ -38,7 +38,6 @@ DH = [
 ]
 MOUNT = (-0.06, 0.0, 0.27)  # metres, of the arm on the base
 FLANGE, PINCH, HAND_TURN = 0.107, 0.1134, -np.pi / 4
-
 HEIGHTS = [0.62, 0.80]  # metres, of grasps on and above a table
 
 
@@ -160,8 +159,7 @@ WAYS = {
 @pytest.mark.parametrize("way", WAYS)
 def test_between_two_poses_the_hand_is_as_quick_as_the_arm_may_be_there(name, way):
     embodiment, timestep = find_embodiment(name), 1e-3
-    limits, path, robot = embodiment.limits.arm, WAYS[way](arm_of(embodiment)), RobotMotion(embodiment, 0.02)
-    robot.reset((0.0, 0.0, 0.0))
+    limits, path, robot = embodiment.limits.arm, WAYS[way](arm_of(embodiment)), at_rest(robot=embodiment)
     robot.reach_along(path)
     quick = []
     for pose in range(1, path.goal + 1):
@@ -184,8 +182,7 @@ def test_between_two_poses_the_hand_is_as_quick_as_the_arm_may_be_there(name, wa
 
 @pytest.mark.parametrize("goal", [0.0, 1.0, 4.0])
 def test_a_hand_that_would_pass_a_pose_without_a_stop_is_refused(arm, goal):
-    robot = RobotMotion(find_embodiment(), 0.02)
-    robot.reset((0.0, 0.0, 0.0))
+    robot = at_rest()
     robot.reach_along(closing(arm).path)
     for pose in (1.0, 2.0, 2.5):
         robot.reach(pose)
@@ -195,9 +192,6 @@ def test_a_hand_that_would_pass_a_pose_without_a_stop_is_refused(arm, goal):
     robot.reach(2.0)
     robot.now = robot.reach_arrival
     robot.reach(1.0)
-
-
-# -- The robot itself --------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

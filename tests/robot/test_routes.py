@@ -4,19 +4,11 @@ import itertools
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from random_plans import plan_texts
+from robot_plans import journeys
 from walks import distances, neighbours
 
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.navigation import Routes
-
-
-@st.composite
-def journeys(draw):
-    """A plan, and two of the cells on which the robot can stand."""
-    plan = FloorPlan.parse(draw(plan_texts(6, 14)), "random")
-    cells = st.sampled_from(plan.caregiver_cells)
-    return plan, draw(cells), draw(cells)
 
 
 @settings(max_examples=40, deadline=None)

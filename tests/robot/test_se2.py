@@ -10,7 +10,6 @@ from caregiver_mj.robot import geometry
 
 lengths, angles = st.floats(-10.0, 10.0), st.floats(-7.0, 7.0)
 points, poses = st.tuples(lengths, lengths), st.tuples(lengths, lengths, angles)
-
 SOUTH_EAST_LOOKING_NORTH = (3.0, -1.0, math.pi / 2)
 
 

@@ -8,26 +8,22 @@ import numpy as np
 import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
-from views import child, view
+from views import ROBOT, TIMESTEP, at_rest, child, view
 
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import governor, separation
 from caregiver_mj.robot.clearance import Clearance
 from caregiver_mj.robot.embodiments import find_embodiment
-from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.scalar_motion import ScalarMotion
 from caregiver_mj.robot.separation import allowed_rate
 
-ROBOT = find_embodiment()
 STRIKE_SPEED = 0.05  # m/s
 TOUCHING = 0.27 + 0.12  # metres between the middles of base and child
 CHILD_SPEED = 0.62  # m/s, at which it may come
 REACTION = 0.04  # seconds
 REMAINS = 0.08  # metres
-TIMESTEP = 0.02  # seconds
 WIDE = FloorPlan.parse("\n".join(["#" * 30, "#S{0}#", *["#.{0}#"] * 24, "#B{0}#", "#" * 30]).format("." * 27), "wide")
 OPEN = FloorPlan.parse("########\n#......#\n#S.....#\n#......#\n#B.....#\n########", "open")
-
 speeds = st.floats(-0.7, 0.7)
 children = st.builds(
     lambda distance, angle, *velocity: child(distance * math.cos(angle), distance * math.sin(angle), *velocity),
@@ -37,9 +33,6 @@ families = st.lists(children, min_size=1, max_size=4)
 velocities = st.builds(
     lambda speed, angle: (speed * math.cos(angle), speed * math.sin(angle)), st.floats(0.01, 1.4), st.floats(-4.0, 4.0)
 )
-
-
-# -- One child ---------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("speed", [0.02, 0.2, 1.3])
@@ -129,9 +122,6 @@ def test_a_child_is_in_the_way_where_it_is_and_where_it_will_be():
     assert not separation.is_in_the_way(seen, ROBOT, [])
 
 
-# -- Several children --------------------------------------------------------------------------------
-
-
 @settings(max_examples=50, deadline=None)
 @given(family=families, velocity=velocities)
 def test_the_strictest_child_sets_the_rate(family, velocity):
@@ -196,8 +186,6 @@ def test_the_cells_of_a_child_are_those_in_which_it_is_and_will_be():
     np.testing.assert_allclose(separation.child_places([walks]), [(x, y), (x + 0.4, y)])
 
 
-# -- What a path leaves to brake with ----------------------------------------------------------------
-
 CORNER = 0.03  # metres by which the way to stop may be longer: a corner that comes meanwhile is not seen yet
 ways = st.lists(st.tuples(st.floats(0.4, 3.0), st.floats(-2.0, 2.0)), min_size=1, max_size=4)
 
@@ -207,8 +195,7 @@ ways = st.lists(st.tuples(st.floats(0.4, 3.0), st.floats(-2.0, 2.0)), min_size=1
 @example(way=[(2.6473, 0.2132), (0.5495, -0.0056), (1.1411, 0.8797)], when=0.4386)  # the worst of 1,200 near a corner
 def test_a_base_brakes_on_any_path_as_its_limits_say(way, when):
     """From any motion on a path with corners: within what `RobotLimits.braking` says, and the base's acceleration."""
-    points, robot = polyline(way), RobotMotion(ROBOT, TIMESTEP)
-    robot.reset((0.0, 0.0, 0.0))
+    points, robot = polyline(way), at_rest()
     robot.drive_along(points, lambda _: True)
     brakes_at = when * robot.time_left
     while robot.now < brakes_at:
@@ -245,8 +232,7 @@ def polyline(way):
     way=[(2.628, 0.878), (1.575, 0.675), (0.894, 0.852), (1.637, 0.729)], when=0.4912, aside=(-0.188, -0.032)
 )  # on its path alone it still had 0.2 m/s
 def test_a_base_is_at_rest_before_a_child_that_comes_whatever_its_path(way, when, aside):
-    points, robot, clearance = polyline(way), RobotMotion(ROBOT, TIMESTEP), Clearance(WIDE, ROBOT)
-    robot.reset((0.0, 0.0, 0.0))
+    points, robot, clearance = polyline(way), at_rest(), Clearance(WIDE, ROBOT)
     robot.drive_along(points, lambda _: True)
     sets_off = when * robot.time_left
     base, toddler, walks, told = np.zeros(2), np.add(points[-1], aside), np.zeros(2), np.zeros(2)
@@ -279,8 +265,6 @@ def test_a_child_that_runs_counts_as_fast_as_it_does_and_no_faster_than_any(spee
     assert rate == usual if speed <= 0.62 else fastest <= rate < usual
     assert rate == fastest or speed < 1.0
 
-
-# -- A base with corners -------------------------------------------------------------------------------
 
 SQUARE = find_embodiment("mobile_ur5e")
 

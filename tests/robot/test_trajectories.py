@@ -16,7 +16,6 @@ BASE, MAX_BASE_SPEED = find_embodiment().limits.base, find_embodiment().limits.b
 LIMITS = Limits(velocity=1.5, acceleration=3.0, jerk=30.0)
 TIMESTEP = 0.002  # seconds between samples
 ROUNDING = 1e-6
-
 times = st.floats(0.0, 1.5)
 positions = st.floats(-2.0, 2.0)
 velocities = st.floats(-1.5, 1.5)
@@ -41,9 +40,6 @@ def check_scalar(states: np.ndarray, limits: Limits = LIMITS) -> None:
     np.testing.assert_allclose(np.diff(velocity), middle, atol=limits.jerk * TIMESTEP**2)
 
 
-# -- A single quantity -------------------------------------------------------------------------------
-
-
 def test_motion_takes_the_time_worked_out_by_hand():
     motion = ScalarMotion(LIMITS, 0.0)
     motion.move_to(3.0, 0.0)
@@ -61,7 +57,6 @@ def test_it_rests_where_it_starts_and_ends_and_keeps_a_velocity_up():
     motion.move_to(-0.3, 5.0)
     assert motion.at(5.0) == pytest.approx((0.4, 0.0, 0.0))
     assert motion.at(motion.arrival + 0.5) == (-0.3, 0.0, 0.0)
-    # It keeps a velocity up.
     motion = ScalarMotion(LIMITS, 0.0)
     motion.run_at(-1.0, 0.0)
     position, velocity, acceleration = motion.at(4.0)
@@ -103,8 +98,6 @@ def test_scalar_motion_keeps_its_limits_through_changes_of_goal(start, changes, 
     assert motion.arrival <= now + 8.0
 
 
-# -- The base's way ----------------------------------------------------------------------------------
-
 # Polylines as the navigator makes them: legs of at least a few centimetres in any direction.
 legs = st.lists(st.tuples(st.floats(0.05, 4.0), st.floats(-np.pi, np.pi)), min_size=1, max_size=6)
 
@@ -123,13 +116,7 @@ def trace(path: BasePath) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return tuple(np.array(values) for values in zip(*states, strict=True))
 
 
-def check_path(
-    position: np.ndarray,
-    velocity: np.ndarray,
-    acceleration: np.ndarray,
-    top_speed: float = BASE.velocity,
-    leeway: float = 1.0,
-) -> None:
+def check_path(position, velocity, acceleration, top_speed=BASE.velocity, leeway=1.0):
     assert np.hypot(*velocity.T).max() <= top_speed + ROUNDING
     assert np.hypot(*acceleration.T).max() <= leeway * BASE.acceleration + ROUNDING
     assert np.hypot(*np.diff(acceleration, axis=0).T).max() <= leeway * 2 * BASE.jerk * TIMESTEP + ROUNDING

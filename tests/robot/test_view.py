@@ -4,11 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from views import child, view
+from views import ROBOT, child, view
 
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.hazards import CANDLE, MUG
-from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.kinematics import hand_is_empty, hand_position, has_in_hand
 
 HALF = math.sqrt(0.5)
@@ -47,7 +46,6 @@ def test_a_candle_stands_on_a_table_if_it_is_upright_and_as_high(height, orienta
     assert view(child(9.0, 9.0), candles=[(0.0, 0.0, height, *orientation)]).stands_on_table(0, 0) == stands
 
 
-ROBOT = find_embodiment()
 AHEAD, HEIGHT = 0.42, 1.04  # metres, of the pinch point when the arm is tucked
 CLOSED, ROUND_A_CANDLE, ROUND_A_MUG = 0.024, 0.044, 0.056  # metres, both fingers together
 

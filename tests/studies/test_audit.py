@@ -6,8 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-import caregiver_mj
-from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj import CaregiverPolicy, FloorPlan, load
 from caregiver_mj.robot.embodiments import find_embodiment
 from studies.audit import (
     Dynamics,
@@ -27,25 +26,11 @@ TUCKED = [0.0, -0.66, 0.0, -2.25, 0.0, 2.55, 0.785]
 def still(**changes):
     """The log of a robot that does not move, a metre and more from the child."""
     m = STEPS * 4
-    log = EpisodeLog(
-        control_timestep=CONTROL,
-        physics_timestep=PHYSICS,
-        commands=np.tile(np.linspace(-1.0, 1.0, 12), (STEPS, 1)),
-        base_velocity=np.zeros((m, 3)),
-        arm_position=np.tile(TUCKED, (m, 1)),
-        arm_velocity=np.zeros((m, 7)),
-        arm_torque=np.zeros((m, 7)),
-        finger_velocity=np.zeros((m, 2)),
-        pads=np.zeros(m, int),
-        shut=np.zeros((m, 1), bool),
-        pressure_centre=np.zeros((m, 2)),
-        friction=np.zeros(m),
-        distance=np.full((m, 2), np.inf),
-        speed=np.zeros((m, 2)),
-        approach=np.zeros((m, 2)),
-        contact_speed=np.full(m, -np.inf),
-    )
-    return dataclasses.replace(log, **changes)
+    sizes = {"base_velocity": 3, "arm_velocity": 7, "arm_torque": 7, "finger_velocity": 2, "pressure_centre": 2}
+    fields = {name: np.zeros((m, size)) for name, size in sizes.items()} | near()
+    fields |= {"commands": np.tile(np.linspace(-1.0, 1.0, 12), (STEPS, 1)), "arm_position": np.tile(TUCKED, (m, 1))}
+    fields |= {"pads": np.zeros(m, int), "shut": np.zeros((m, 1), bool), "friction": np.zeros(m)}
+    return EpisodeLog(CONTROL, PHYSICS, **fields | {"contact_speed": np.full(m, -np.inf)} | changes)
 
 
 def commands(column, values):
@@ -54,20 +39,13 @@ def commands(column, values):
     return changed
 
 
-def ratios(log):
-    return {check.name: check.ratio for check in check_limits(log, ROBOT)}
-
-
 def near(m=STEPS * 4, **cells):
-    """Arrays (m, 2) that are as in `still` but for given {(step, part): value}."""
+    """Arrays (m, 2) of a robot that rests and is far away, but for given {(step, part): value}."""
     arrays = {"distance": np.full((m, 2), np.inf), "speed": np.zeros((m, 2)), "approach": np.zeros((m, 2))}
     for name, changes in cells.items():
         for place, value in changes.items():
             arrays[name][place] = value
     return arrays
-
-
-# -- Limits ------------------------------------------------------------------------------------------
 
 
 def test_arm_velocity_against_the_joints_own_limit():
@@ -99,9 +77,6 @@ def test_base_speed_is_that_of_the_vector_at_every_physics_step():
     assert (check.ratio, check.time) == (pytest.approx(1.0), pytest.approx(123 * PHYSICS))
 
 
-# -- Limits of what is measured ----------------------------------------------------------------------
-
-
 def checks(**columns):
     """Of what is measured, by name, with given ((step, column), value) of an array."""
     log = still()
@@ -126,7 +101,7 @@ def test_a_jolt_of_the_arm_is_seen_at_5_ms_and_spread_over_20():
 def test_a_rigid_robot_needs_the_friction_and_stance_worked_out_by_hand(name):
     """Pushed as a whole at 3 m/s^2 it needs 3 / 9.81, and presses on the floor behind its centre of mass."""
     robot = find_embodiment(name)
-    env = caregiver_mj.load("supervise", "paper", 0.5, random=0, task_kwargs={"embodiment": robot}, visuals=False)
+    env = load("supervise", "paper", 0.5, random=0, task_kwargs={"embodiment": robot}, visuals=False)
     env.reset()
     model, data = env.physics.model.ptr, env.physics.data.ptr
     dynamics = Dynamics(model, data, robot.names)
@@ -151,9 +126,6 @@ def test_a_joint_must_be_slower_near_the_end_of_its_range():
     assert checks(**near, arm_velocity=[((50, 1), -0.5)])["arm velocity"].limit == 2.62
 
 
-# -- Near the child ----------------------------------------------------------------------------------
-
-
 def test_separation_speed_and_contact_of_the_part_that_moves():
     # Part 0 rests at 0.1 m; part 1 moves at 0.3 m, and towards the child at 0.6 m.
     moves = {"speed": {(3, 1): 0.2, (9, 1): 0.2}, "approach": {(9, 1): 0.2}}
@@ -164,21 +136,11 @@ def test_separation_speed_and_contact_of_the_part_that_moves():
     assert (result.fast_seconds, near_child(still()).separation) == (0.0, np.inf)
 
 
-# -- Logs of episodes --------------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def episode():
-    """Eighty seconds in which the robot picks and places, beside a child."""
-    env = caregiver_mj.load("supervise", "paper", epsilon=0.5, random=1)
-    policy = caregiver_mj.CaregiverPolicy(env)
-    log = EpisodeLog.record(env, policy, 4000)
+def test_the_robot_keeps_every_limit_in_eighty_seconds_of_picking_and_placing_beside_a_child():
+    env = load("supervise", "paper", epsilon=0.5, random=1)
+    policy = CaregiverPolicy(env)
+    worked = {check.name: check.ratio for check in check_limits(EpisodeLog.record(env, policy, 4000), ROBOT)}
     assert policy.executive.done > 0
-    return log
-
-
-def test_the_robot_was_at_work_and_kept_every_limit(episode):
-    worked = ratios(episode)
     assert max(worked.values()) <= 1.0
     assert worked["arm velocity, commanded"] > 0.5
     assert worked["base speed, measured"] > 0.8
@@ -187,7 +149,7 @@ def test_the_robot_was_at_work_and_kept_every_limit(episode):
 
 def test_recorder_measures_distance_and_approach():
     hall = FloorPlan.parse("############\n#B.........#\n############", "hall")
-    env = caregiver_mj.load("supervise", hall, epsilon=0.5, random=0)
+    env = load("supervise", hall, epsilon=0.5, random=0)
     env.reset()
     physics = env.physics
     x, y, _ = physics.toddler_position()

@@ -44,7 +44,6 @@ def test_the_first_prediction_by_hand():
 
 
 def made(house, place, count, predicted, happened):
-    """A row of predictions that are all alike."""
     each = predicted / count
     square = happened * (1 - each) ** 2 + (count - happened) * each**2
     what = {"family": "1", "horizon": 5, "kind": EACH[0], "house": house, "bin": place}

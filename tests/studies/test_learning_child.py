@@ -14,15 +14,6 @@ PLAN = FloorPlan.parse("######\n#S..B#\n##B###\n######", "row")
 NORTH, EAST, SOUTH, WEST = range(4)
 
 
-def sight(cell, goal):
-    cell, goal = np.atleast_1d(cell), np.atleast_1d(goal)
-    return ChildPercept(cell, goal, np.full(len(cell), NOTHING), np.zeros(len(cell), bool))
-
-
-def draws(*rows):
-    return np.array([[*row, 0.0] for row in rows], float)
-
-
 def teach(learner, cell, action, damage, next_cell):
     learner.learn(*(np.array([value]) for value in (cell, action, damage, next_cell)))
 
@@ -47,6 +38,7 @@ def test_only_the_wary_shuns_what_hurts_when_it_moves_at_random():
     learner = Learner(PLAN, 1.0, [False, True])
     learner.values[:, 0, 0] = [0.0, 0.0, 0.0, -5.0]
     chances = (np.arange(1000) + 0.5) / 1000
-    moves = np.array([learner.act(sight([0, 0], [0, 0]), draws((0.0, u), (0.0, u))) for u in chances])
+    sight = ChildPercept(np.zeros(2, int), np.zeros(2, int), np.full(2, NOTHING), np.zeros(2, bool))
+    moves = np.array([learner.act(sight, np.array([[0.0, u, 0.0]] * 2)) for u in chances])
     assert (moves[:, 0] == WEST).mean() == pytest.approx(0.25, abs=0.002)
     assert (moves[:, 1] == WEST).mean() == pytest.approx(np.exp(-10) / (3 + np.exp(-10)), abs=0.002)

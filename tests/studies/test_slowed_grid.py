@@ -20,8 +20,6 @@ CORRIDOR = FloorPlan.parse(
 )
 FOUND = ("damage", "toys_reached", "moves_blocked", "cells_visited", "interventions", "interventions_done")
 FAR_STAIRS, NEAR_STAIRS, CANDLE = 0, 1, 2  # the first at the end of the corridor, the second beside the child's cell
-
-
 HOME = FloorPlan.parse(
     "#####################\n#B.......o.........G#\n##B##################\n#####################", "home"
 )
@@ -55,7 +53,6 @@ def corridor(column, *told, separates=None, plan=CORRIDOR):
 
 
 def walked(world, timesteps):
-    """The columns in which the caregiver is after each timestep."""
     columns = []
     for _ in range(timesteps):
         world.step()

@@ -13,15 +13,8 @@ def test_every_key_is_as_it_is_said_to_be(task, children):
     if needs and needs not in plan.hazards.kinds:
         plan = caregiver_mj.FloorPlan.load("home")
     env = caregiver_mj.load(task, plan, children, visuals=False)
-    counts = {
-        "candles": len(plan.candle_tables),
-        "tables": len(plan.tables),
-        "stairwells": len(plan.stairwells),
-        "gates": len(plan.mouths),
-        "batteries": len(plan.floor_cells),
-        "joints": 7,
-        "children": 2,
-    }
+    counts = {"candles": len(plan.candle_tables), "tables": len(plan.tables), "stairwells": len(plan.stairwells)}
+    counts |= {"gates": len(plan.mouths), "batteries": len(plan.floor_cells), "joints": 7, "children": 2}
     seen = {key: spec.shape for key, spec in env.observation_spec().items()}
     assert set(seen) == {key for key, observed in env.task.observed.items() if not observed.asked or key in seen}
     for key, shape in seen.items():
@@ -31,7 +24,6 @@ def test_every_key_is_as_it_is_said_to_be(task, children):
 
 def test_what_is_asked_for_is_shown():
     env = caregiver_mj.load("supervise", "paper", visuals=False, task_kwargs={"table_height": (0.5, 0.7)})
-    assert {"table_height", "gate_position", "battery_position", "toddler_seen", "cell_seen"} == {
-        key for key, observed in OBSERVED.items() if observed.asked
-    }
+    asked = {key for key, observed in OBSERVED.items() if observed.asked}
+    assert asked == {"table_height", "gate_position", "battery_position", "toddler_seen", "cell_seen"}
     assert env.observation_spec()["table_height"].shape == (len(env.task.plan.tables),)

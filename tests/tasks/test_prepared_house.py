@@ -4,13 +4,11 @@ import numpy as np
 import pytest
 from scripted_child import SOUTH, STAY, Scripted
 
-import caregiver_mj
+from caregiver_mj import CaregiverError, CaregiverPolicy, FloorPlan, load
 from caregiver_mj.caregivers import make_caregiver
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.spec import episode_streams
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans import layout
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.policy.perception import Perception
 
@@ -33,20 +31,16 @@ def tables_bearing_candles(env):
 
 
 def started(plan, caregiver="childproof", epsilon=0.5):
-    env = caregiver_mj.load("supervise", plan, epsilon, 0)
-    policy = caregiver_mj.CaregiverPolicy(env, caregiver)
+    env = load("supervise", plan, epsilon, 0)
+    policy = CaregiverPolicy(env, caregiver)
     return env, policy, env.reset()
-
-
-def in_grid(plan, caregiver):
-    world = GridWorld(plan, 0.5, make_caregiver(caregiver, plan))
-    world.reset([episode_streams(0, 1)])
-    return world.candle_table[0].tolist()
 
 
 @pytest.mark.parametrize("plan", [PAPER, PASSAGE], ids=["paper", "passage"])
 def test_candles_stand_where_the_caregiver_has_put_them_as_in_the_grid(plan):
-    wanted = in_grid(plan, "childproof")
+    world = GridWorld(plan, 0.5, make_caregiver("childproof", plan))
+    world.reset([episode_streams(0, 1)])
+    wanted = world.candle_table[0].tolist()
     assert wanted != list(plan.candle_tables)
     env, policy, step = started(plan)
     seen = Perception(plan)
@@ -86,11 +80,11 @@ def test_a_bump_costs_what_stands_on_the_table_now():
 
 
 def test_a_policy_whose_house_is_not_prepared_says_so():
-    env = caregiver_mj.load("supervise", PASSAGE, random=0)
+    env = load("supervise", PASSAGE, random=0)
     step = env.reset()
     with pytest.raises(CaregiverError, match=r"on tables \[1\] with ChildproofCaregiver, got \[0\]"):
-        caregiver_mj.CaregiverPolicy(env, "childproof")(step)
-    paper = caregiver_mj.CaregiverPolicy(env, "paper")
-    caregiver_mj.CaregiverPolicy(env, "childproof")
+        CaregiverPolicy(env, "childproof")(step)
+    paper = CaregiverPolicy(env, "paper")
+    CaregiverPolicy(env, "childproof")
     with pytest.raises(CaregiverError, match=r"on tables \[0\] with PaperCaregiver, got \[1\]"):
         paper(env.reset())

@@ -6,25 +6,13 @@ import numpy as np
 import pytest
 
 import caregiver_mj.tasks
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.interventions.verb import BLOCK, Intervention
-from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import CANDLE, STAIRWELL, Where
+from caregiver_mj.plans.hazards import STAIRWELL, Where
 from caregiver_mj.tasks import TaskSpec, register
 from caregiver_mj.tasks.base import OBSERVED, CareTask, Observed
 
 PLAN = FloorPlan.parse("######\n#...B#\n#.C.T#\n######", "no_stairs")
-
-
-class StayCalm(CareTask):
-    """Move as little as possible, near a candle."""
-
-    needs = CANDLE
-    needs_robot = True
-    time_limit = 0.5  # seconds
-
-    def get_reward(self, physics):
-        return float(np.exp(-np.abs(physics.base_velocity()).max()))
 
 
 class GuardStairs(CareTask):
@@ -52,11 +40,6 @@ class GuardStairs(CareTask):
 
 class Unfinished(CareTask):
     """It has no reward."""
-
-
-@pytest.fixture
-def stay_calm(monkeypatch):
-    monkeypatch.setitem(caregiver_mj.tasks.TASKS, "stay_calm", TaskSpec("stay_calm", StayCalm))
 
 
 @pytest.fixture
@@ -88,13 +71,12 @@ def test_a_fourth_task_has_a_gymnasium_environment_and_a_scripted_policy(guard_s
     assert policy.intervention.verb == BLOCK
 
 
-@pytest.mark.usefixtures("stay_calm")
 def test_what_it_needs_is_seen_to():
     bare = FloorPlan.parse("#####\n#B.S#\n#..T#\n#####", "bare")
-    with pytest.raises(CaregiverError, match=r"stay_calm needs a candle \(C\), and floor plan 'bare' has none"):
-        caregiver_mj.tasks.load("stay_calm", bare)
-    with pytest.raises(CaregiverError, match="stay_calm needs the robot"):
-        caregiver_mj.tasks.load("stay_calm", PLAN, task_kwargs={"robot": False})
+    with pytest.raises(CaregiverError, match=r"relocate_candle needs a candle \(C\), and floor plan 'bare' has none"):
+        caregiver_mj.tasks.load("relocate_candle", bare)
+    with pytest.raises(CaregiverError, match="relocate_candle needs the robot"):
+        caregiver_mj.tasks.load("relocate_candle", PLAN, task_kwargs={"robot": False})
 
 
 @pytest.mark.parametrize(
@@ -108,21 +90,3 @@ def test_a_task_that_is_none_is_refused_in_a_line(kind, words, monkeypatch):
     monkeypatch.setitem(caregiver_mj.tasks.TASKS, "mine", TaskSpec("mine", kind))
     with pytest.raises(CaregiverError, match=words):
         caregiver_mj.load("mine", PLAN)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"environment_kwargs": {"time_limit": 3}}, "must be without time_limit: give it in task_kwargs"),
-        ({"task_kwargs": {"colour": "red"}}, "task_kwargs: got an unexpected keyword argument 'colour'"),
-        ({"task_kwargs": {"candle_offset": 5}}, "candle_offset, in metres, must be in 0 to 0.27, got 5"),
-        ({"task_kwargs": {"control_timestep": 0}}, "control_timestep must be positive .* got 0"),
-        ({"task_kwargs": {"control_timestep": 3.0}}, "no longer than a child's move, 1.69 s, got 3.0"),
-        ({"task_kwargs": {"control_timestep": 0.007}}, "multiple of physics timestep"),
-        ({"task_kwargs": {"compliant_children": "x"}}, "compliant_children must be a bool, got 'x'"),
-        ({"random": 0, "task_kwargs": {"random": 5}}, "random must be given once"),
-    ],
-)
-def test_further_arguments_are_looked_at(arguments, message):
-    with pytest.raises(CaregiverError, match=message):
-        caregiver_mj.tasks.load("supervise", PLAN, **arguments)

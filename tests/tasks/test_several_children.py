@@ -17,7 +17,6 @@ def load(family, task="supervise", plan=PLAN, **task_kwargs):
 
 
 def timesteps(env, count=1):
-    """Runs some novice timesteps, the robot at rest; returns the rewards."""
     action = np.zeros(0)
     if env.task.has_robot:
         action = np.array([0, 0, 0, *env.physics.arm_position(), 0.03])

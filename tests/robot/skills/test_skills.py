@@ -5,12 +5,10 @@ import pytest
 from dm_control.rl import control
 from scripted_child import Scripted
 
-import caregiver_mj
+from caregiver_mj import CaregiverPolicy, FloorPlan, load
 from caregiver_mj.plans.cell_graph import ACTIONS
-from caregiver_mj.plans.floor_plan import FloorPlan
 
 SMALL = FloorPlan.parse("#######\n#B....#\n#..C..#\n#.....#\n#.S..T#\n#######", "small")
-
 TABLE_TOP = 0.60  # metres
 MAX_BASE_SPEED = 5.0 / 3.6  # m/s
 BASE_RADIUS = 0.27  # metres
@@ -18,15 +16,9 @@ CANDLE_BODY_MASS = 0.25  # kg
 
 
 class Recorder:
-    """Steps an environment one physics step at a time and keeps what matters of each.
+    """Keeps of every physics step the base's velocity, a candle's pose and velocity, and how many fingers touch it.
 
-    Attributes:
-        touches: Names of the robot's geoms and what they touched, all over the episode, as pairs.
-        base: Velocity (x, y) of the base in the world, at every physics step.
-        candle: Position and quaternion of a candle, at every physics step.
-        candle_velocity: Its linear velocity, at every physics step.
-        pads: How many of the fingers touch the candle, at every physics step.
-        actions: The actions, at every control step.
+    And of the whole episode the pairs of the robot's geoms and of what these touched.
     """
 
     def __init__(self, env: control.Environment, candle: int | None, monkeypatch: pytest.MonkeyPatch):
@@ -42,7 +34,7 @@ class Recorder:
             self._candle = joint.qposadr[0], joint.dofadr[0]
         self._pads = {names.index(f"robot/finger_{side}_pad") for side in ("left", "right")}
         self.touches: set[tuple[str, str]] = set()
-        self.base, self.candle, self.candle_velocity, self.pads, self.actions = [], [], [], [], []
+        self.base, self.candle, self.candle_velocity, self.pads = [], [], [], []
         step = physics.step
 
         def record(nstep: int = 1) -> None:
@@ -77,21 +69,11 @@ class Recorder:
         return np.degrees(2 * np.arcsin(np.minimum(np.hypot(x, y), 1.0)))
 
 
-def act(env, policy, step, recorder=None):
-    action = policy(step)
-    if recorder:
-        recorder.actions.append(action)
-    return env.step(action)
-
-
-# -- Pick and place ----------------------------------------------------------------------------------
-
-
 @pytest.fixture(scope="module")
 def relocation():
     """An episode of relocate_candle to three seconds after the candle was put down."""
-    env = caregiver_mj.load("relocate_candle", "paper", epsilon=0.5, random=1)
-    policy = caregiver_mj.CaregiverPolicy(env)
+    env = load("relocate_candle", "paper", epsilon=0.5, random=1)
+    policy = CaregiverPolicy(env)
     with pytest.MonkeyPatch.context() as monkeypatch:
         step = env.reset()
         recorder = Recorder(env, env.task.goal_candle, monkeypatch)
@@ -103,26 +85,20 @@ def relocation():
         monkeypatch.setattr(type(env.physics), "set_robot", forbidden)
         left = 150
         while left and not step.last():
-            step = act(env, policy, step, recorder)
+            step = env.step(policy(step))
             left -= policy.executive.done > 0
     assert left == 0, "the candle was not put down in time"
     return env, recorder, step
 
 
-def carried(recorder: Recorder) -> np.ndarray:
-    """Mask of the physics steps in which the candle's foot is clear of the table."""
-    return np.array(recorder.candle)[:, 2] > TABLE_TOP + 0.005
-
-
 def test_a_candle_is_carried_upright_between_two_fingers_and_ends_in_the_middle_of_the_table_let_go(relocation):
     env, recorder, step = relocation
-    up = carried(recorder)
+    up = np.array(recorder.candle)[:, 2] > TABLE_TOP + 0.005  # its foot is clear of the table
     assert up.sum() * 0.005 > 1.0  # seconds
     assert (np.array(recorder.pads)[up] == 2).all()
     assert np.array(recorder.candle)[:, 2].max() > TABLE_TOP + 0.05
-    assert recorder.candle_tilt()[carried(recorder)].max() < 5.0
-    # It is carried once: up, and down again.
-    assert np.abs(np.diff(carried(recorder).astype(int))).sum() == 2
+    assert recorder.candle_tilt()[up].max() < 5.0
+    assert np.abs(np.diff(up.astype(int))).sum() == 2  # it is carried once: up, and down again
     table = env.task.plan.position(env.task.plan.tables[env.task.goal_table])
     end = np.array(recorder.candle[-1])
     assert np.hypot(*(end[:2] - table)) < 0.01
@@ -168,40 +144,29 @@ def test_nothing_but_contact_moves_the_candle(relocation):
     assert np.linalg.norm(np.diff(velocity, axis=0), axis=1).max() < 0.25
 
 
-# -- Blocking a stairwell ----------------------------------------------------------------------------
-
-
-def drive_at_stairs(env: control.Environment) -> None:
-    """Puts the toddler beside the stairwell, and has it want nothing but to go there."""
-    task, plan = env.task, env.task.plan
-    landing = plan.stairwells[getattr(task, "goal_stairwell", 0)]
-    cell = plan.free_neighbours(landing)[0]
-    (child,) = task.children
-    child.behaviour.move = ACTIONS.index((landing[0] - cell[0], landing[1] - cell[1]))
-    child.put(cell)
-
-
 @pytest.mark.parametrize(("house", "seed"), [("paper", 1), (SMALL, 2)], ids=["paper", "small"])
 def test_robot_in_a_stairwell_keeps_the_toddler_out(house, seed, monkeypatch):
     plan = house if isinstance(house, FloorPlan) else FloorPlan.load(house)
-    env = caregiver_mj.load("block_stairs", plan, Scripted(plan, None), random=seed)
-    policy = caregiver_mj.CaregiverPolicy(env)
-    step = env.reset()
+    env = load("block_stairs", plan, Scripted(plan, None), random=seed)
+    policy, step = CaregiverPolicy(env), env.reset()
     recorder = Recorder(env, None, monkeypatch)
     move = 84  # control steps of a novice timestep
-    step, steps = act(env, policy, step), 1
+    step, steps = env.step(policy(step)), 1
     while not step.last() and (not policy.executive.done or steps % move):
-        step, steps = act(env, policy, step), steps + 1
-    landing = env.task.plan.stairwells[env.task.goal_stairwell]
-    centre, half = env.task.plan.position(landing), env.task.plan.cell_size / 2
+        step, steps = env.step(policy(step)), steps + 1
+    landing = plan.stairwells[env.task.goal_stairwell]
+    centre, half = plan.position(landing), plan.cell_size / 2
     assert policy.executive.done == 1
 
-    drive_at_stairs(env)
+    # The toddler stands beside the stairwell, and wants nothing but to go there.
+    (child,), cell = env.task.children, plan.free_neighbours(landing)[0]
+    child.behaviour.move = ACTIONS.index((landing[0] - cell[0], landing[1] - cell[1]))
+    child.put(cell)
     before = env.physics.base_position()
     damage = env.task.outcome()["damage"]
     kinds, rewards, poses = set(), [], []
     for _ in range(6 * move):
-        step = act(env, policy, step)
+        step = env.step(policy(step))
         kinds |= {touch.kind for touch in env.physics.touches}
         rewards.append(step.reward)
         poses.append(env.physics.base_position())
@@ -220,17 +185,10 @@ def test_robot_in_a_stairwell_keeps_the_toddler_out(house, seed, monkeypatch):
     np.testing.assert_allclose(rewards, 1.0)
 
 
-# -- The whole job -----------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("house", "seed"),
-    [("house-25-12x10-candles3", 1)],
-)
-def test_supervised_episode_has_no_strike_and_no_dropped_candle(house, seed):
-    env = caregiver_mj.load("supervise", house, epsilon=1.0, random=seed)
-    policy = caregiver_mj.CaregiverPolicy(env)
-    step = env.reset()
+def test_supervised_episode_has_no_strike_and_no_dropped_candle():
+    house, seed = "house-25-12x10-candles3", 1
+    env = load("supervise", house, epsilon=1.0, random=seed)
+    policy, step = CaregiverPolicy(env), env.reset()
     fastest = 0.0
     while not step.last():
         step = env.step(policy(step))
@@ -242,7 +200,7 @@ def test_supervised_episode_has_no_strike_and_no_dropped_candle(house, seed):
     assert policy.executive.done >= 3
     assert fastest <= MAX_BASE_SPEED
     assert env.physics.data.warning.number.sum() == 0
-    alone = caregiver_mj.load("supervise", house, epsilon=1.0, random=seed, task_kwargs={"robot": False})
+    alone = load("supervise", house, epsilon=1.0, random=seed, task_kwargs={"robot": False})
     step = alone.reset()
     while not step.last():
         step = alone.step(np.zeros(0))
@@ -252,9 +210,8 @@ def test_supervised_episode_has_no_strike_and_no_dropped_candle(house, seed):
 @pytest.mark.slow
 def test_a_candle_that_is_carried_for_long_does_not_slip_out():
     """For 73 s, with many turns, in each of which it slips."""
-    env = caregiver_mj.load("supervise", "house-200004", epsilon=0.25, random=3964924996, visuals=False)
-    policy = caregiver_mj.CaregiverPolicy(env)
-    step = env.reset()
+    env = load("supervise", "house-200004", epsilon=0.25, random=3964924996, visuals=False)
+    policy, step = CaregiverPolicy(env), env.reset()
     while not step.last():
         step = env.step(policy(step))
     assert env.task.outcome()["candles_dropped"] == 0

@@ -6,15 +6,12 @@ import numpy as np
 import pytest
 from robot_plans import centre
 from scripted_child import STAY, Scripted
-from views import child
+from views import ROBOT, TIMESTEP, at_rest, child
 
-import caregiver_mj
+from caregiver_mj import FloorPlan, load
 from caregiver_mj.house.scene import build_house
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import geometry, governor
-from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.kinematics import hand_position
-from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
 from caregiver_mj.robot.retrieval import RetrievalPlanner
@@ -22,36 +19,23 @@ from caregiver_mj.robot.skills import Block, Pick, Place, Retrieve, Skill
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import ChildView, View
 
-ROBOT = find_embodiment()
 ROOM = FloorPlan.parse("##########\n#B.......#\n#..C.....#\n#.....T..#\n#S......B#\n##########", "room")
 CANDLE, ITS_TABLE, BARE_TABLE = 0, 0, 1
 TABLE_TOP, CANDLE_RADIUS, CANDLE_HEIGHT = 0.60, 0.022, 0.16  # metres
-TIMESTEP = 0.02  # seconds
 GIVES_UP = 10.0  # seconds
 
 
 class Stage:
-    """The room with a child that stays in a corner, a robot that begins beside the bin, and more children if wanted.
+    """The room with a child that stays in a corner, a robot that begins beside the bin, and children only it sees."""
 
-    Attributes:
-        physics: The room's.
-        navigator: The robot's.
-        others: Children that the robot sees, too, though there are none.
-        tables: Where the tables' centres are, (tables, 2), metres.
-        fingers: How far apart the robot sees its fingers, metres; None if as far as they are.
-    """
-
-    def __init__(self, seed: int = 1, **options: float):
-        env = caregiver_mj.load("supervise", ROOM, Scripted(ROOM, STAY), random=seed, task_kwargs=options)
+    def __init__(self):
+        env = load("supervise", ROOM, Scripted(ROOM, STAY), random=1)
         env.reset()
-        self.tables = env.task.table_positions
         self._env, self.physics, self.navigator = env, env.physics, Navigator(ROOM, ROBOT)
         env.task.children[0].put((4, 7))
         self.physics.set_robot(np.array([*ROOM.position((3, 2)), 0.0]), self.physics.arm_position())
-        self._robot = RobotMotion(ROBOT, TIMESTEP)
-        self._robot.reset(self.physics.base_position().tolist())
+        self._robot = at_rest(self.physics.base_position().tolist())
         self.others: list[ChildView] = []
-        self.fingers: float | None = None
 
     @property
     def now(self) -> float:
@@ -59,12 +43,11 @@ class Stage:
 
     @property
     def reached(self) -> float:
-        """How far the hand reaches out."""
         return self._robot.reached
 
-    def retrieve(self, planner: type[RetrievalPlanner] = RetrievalPlanner, pitch_down: float | None = None) -> Retrieve:
-        make_scene = lambda heights: PlanningScene(build_house(ROOM), ROOM, ROBOT)  # noqa: E731
-        return Retrieve(self.navigator, planner(self.navigator, make_scene), CANDLE, pitch_down)
+    def retrieve(self, pitch_down: float | None = None) -> Retrieve:
+        planner = RetrievalPlanner(self.navigator, lambda heights: PlanningScene(build_house(ROOM), ROOM, ROBOT))
+        return Retrieve(self.navigator, planner, CANDLE, pitch_down)
 
     def put_candle(self, x: float, y: float, z: float, tilt: float) -> None:
         joint = self.physics.model.ptr.joint("candle_0/joint").qposadr[0]
@@ -76,7 +59,7 @@ class Stage:
         return View(
             self.now,
             tuple(physics.base_position().tolist()),
-            float(physics.finger_position().sum()) if self.fingers is None else self.fingers,
+            float(physics.finger_position().sum()),
             physics.arm_position(),
             (child(x, y), *self.others),
             poses[:, :3],
@@ -155,9 +138,6 @@ def test_a_table_that_children_surround_is_given_up(stage):
     assert GIVES_UP < stage.now < 2 * GIVES_UP
     stage.others = stage.others[:1]
     assert stage.to_the_end(Pick(stage.navigator, CANDLE, ITS_TABLE))[-1] is Status.DONE
-
-
-# -- Every skill ends --------------------------------------------------------------------------------
 
 
 def beside_hand(stage: Stage, ahead: float, aside: float) -> None:
