@@ -140,7 +140,7 @@ def add_paper(command: argparse.ArgumentParser) -> None:
     command.set_defaults(run=_run_paper, resume=False)
     command.description = (
         "Run the paper's experiment in the grid of house `paper`, and print its Tables I and II beside the paper's own "
-        "numbers, with 95 % intervals, deviations and their known causes."
+        "numbers, with 95 % intervals and deviations."
     )
     command.add_argument("--episodes", type=int, default=1000, metavar="N", help="number of episodes for each epsilon")
     parsing.add(command, "--seed", *parsing.WORKERS)
@@ -158,7 +158,7 @@ def _run_paper(arguments: argparse.Namespace) -> None:
     from caregiver_mj.viz.report import causes  # takes seconds to import
     from caregiver_mj.viz.report.run import Run
 
-    run = Run(pathlib.Path(), settings.record(), settings, result.episodes, result.maps, result.summary)
+    run = Run(pathlib.Path(), settings.record(), settings, result.episodes, result.maps, result.summary, RULE[0])
     tables = run.deviations()
     console = output(arguments.json)
     for column, (title, digits, legend) in _PAPER_TABLES.items():

@@ -52,6 +52,8 @@ def add_report(command: argparse.ArgumentParser) -> None:
     film = command.add_mutually_exclusive_group()
     film.add_argument("--video", metavar="FILE.mp4", help="film to show (default: the first in a DIR)")
     film.add_argument("--render", action="store_true", help="film episode 0 of the run in the house: DIR/report.mp4")
+    text = "caregiver to report on, beside the others (default: the paper's rule, or the first one that acts)"
+    parsing.add(command, "--caregiver", default="", help=text)
     parsing.add(command, "--trust")
 
 
@@ -101,7 +103,8 @@ def add_leaderboard(command: argparse.ArgumentParser) -> None:
 def _report(arguments: argparse.Namespace) -> None:
     from caregiver_mj.viz import report  # takes seconds to import, for pandas, scipy and matplotlib
 
-    print(report.write_report(arguments.folders, arguments.video, render=arguments.render, trust=arguments.trust))
+    options = {name: getattr(arguments, name) for name in ("caregiver", "render", "trust")}
+    print(report.write_report(arguments.folders, arguments.video, **options))
 
 
 def _compare(arguments: argparse.Namespace) -> None:

@@ -168,6 +168,18 @@ def test_page_is_self_contained(page):
     assert targets <= set(re.findall(r'id="([a-z]+)"', page))
 
 
+@pytest.mark.usefixtures("words_alone")
+def test_a_caregiver_can_be_chosen(tmp_path, capsys):
+    run = tmp_path / "run"
+    evaluate = f"evaluate --world grid --epsilon 1 --episodes 2 --out {run} --caregiver none paper nearest"
+    assert cli.main(evaluate.split()) == 0
+    for chosen, shown in ((), "paper"), (("--caregiver", "nearest"), "nearest"):
+        assert cli.main(["report", str(run), *chosen]) == 0
+        assert f"<h2>Grid (paper), caregiver <code>{shown}</code></h2>" in (run / "report.html").read_text("utf-8")
+    capsys.readouterr()
+    assert "which has paper, nearest" in fails(capsys, ["report", run, "--caregiver", "guard"])
+
+
 def test_refused(tmp_path, capsys):
     assert "holds no run" in fails(capsys, ["report", tmp_path / "nothing"])
     begun = write_run(tmp_path / "begun")

@@ -47,6 +47,7 @@ def write_report(
     folders: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
     film: str | os.PathLike[str] | None = None,
     *,
+    caregiver: str = "",
     render: bool = False,
     trust: bool = False,
 ) -> pathlib.Path:
@@ -55,18 +56,20 @@ def write_report(
     Args:
         folders: Folders of finished runs, each of another world or house.
         film: The film to show; None for the first in the folders, if there is one.
+        caregiver: The caregiver to report on, beside the others; "" for the paper's rule, or the first one that acts.
         render: Whether to film the first episode of a run instead.
         trust: Whether to do so even if the run names code that is not installed, or a server.
 
     Raises:
-        CaregiverError: A folder has no finished run, or the film is invalid, or filming requires trust.
+        CaregiverError: A folder has no finished run, or one without the caregiver, or the film is invalid, or filming
+            requires trust.
         RenderingError: No OpenGL backend works.
         StorageError: The report cannot be written.
     """
     folders = [folders] if isinstance(folders, str | os.PathLike) else folders
     if not folders:
         raise CaregiverError("a report must be of at least 1 run, got none")
-    given = [read_run(folder) for folder in folders]
+    given = [read_run(folder, caregiver) for folder in folders]
     places = [(run.settings.world, *(plan.name for plan in run.settings.plans)) for run in given]
     if len(set(places)) < len(places):
         raise CaregiverError(

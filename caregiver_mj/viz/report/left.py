@@ -131,7 +131,8 @@ def verdicts(run: Run) -> list[tuple[bool, str]]:
         if len(with_whom["less"]) == len(rows):
             with_whom["less"] = [f"every {run.nouns['group']}"]
         parts = [f"{_FINDINGS[finding][0]} with {', '.join(which)}" for finding, which in with_whom.items() if which]
-        found.append((all(_finding(row) == "less" for _, row in rows), f"Against {baseline}: {'; '.join(parts)}."))
+        sentence = f"{run.caregiver}, against {baseline}: {'; '.join(parts)}."
+        found.append((all(_finding(row) == "less" for _, row in rows), sentence))
     return found if run.caregiver in RULE else []  # the summary compares only these with baselines
 
 

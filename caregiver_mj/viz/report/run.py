@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import itertools
 import os
@@ -42,18 +43,16 @@ _WORLDS = {"grid": "Grid", "house": "Physical house"}
 _LONGEST = 40  # characters of the houses' names in titles and file names
 
 
+@dataclasses.dataclass(frozen=True)
 class Run(Finished):
     """A finished run to report on, with `none` and a caregiver that acts."""
+
+    caregiver: str  #: the caregiver to report on, beside the others
 
     @functools.cached_property
     def families(self) -> tuple[str, ...]:
         """The families as text, such as "0.5" or "1,0.25"."""
         return tuple(map(str, self.settings.families))
-
-    @functools.cached_property
-    def caregiver(self) -> str:
-        """The caregiver to report on: the paper's if it ran."""
-        return next((name for name in RULE if name in self.acting), self.acting[0])
 
     @functools.cached_property
     def by_house(self) -> pd.DataFrame | None:
@@ -234,17 +233,20 @@ def _asked_house(plan: FloorPlan) -> str:
     return plan.name if is_generated(plan.name) else f"{plan.name}.txt"
 
 
-def read_run(folder: str | os.PathLike[str]) -> Run:
-    """Read a finished run.
+def read_run(folder: str | os.PathLike[str], caregiver: str = "") -> Run:
+    """Read a finished run, to report on a caregiver; "" for the paper's rule, or the first one that acts without it.
 
     Raises:
-        CaregiverError: The folder has none, or one without `none` or a caregiver that acts.
+        CaregiverError: The folder has none, or one without `none`, the caregiver or any that acts.
     """
-    run = Run(**vars(read_finished(folder)))
+    run = Run(**vars(read_finished(folder)), caregiver=caregiver)
     caregivers = run.settings.caregivers
     if not run.acting or "none" not in caregivers:
         raise CaregiverError(
             f"a report must be of `none` and a caregiver that acts, got only {' and '.join(caregivers)} in '{folder}': "
             "add what it lacks with `caregiver-mj evaluate --resume`"
         )
-    return run
+    if caregiver and caregiver not in run.acting:
+        raise CaregiverError(f"the caregiver to report on must be in '{folder}', which has {', '.join(run.acting)}")
+    usual = next((name for name in RULE if name in run.acting), run.acting[0])
+    return dataclasses.replace(run, caregiver=caregiver or usual)
