@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import io
 import math
+import textwrap
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -44,7 +45,8 @@ STYLE: dict[RcKeyType, Any] = {
     "legend.fontsize": 9,
     "svg.hashsalt": "caregiver_mj",  # equal figures are equal files
 }
-_LETTERS = 13.5  # characters per inch of a legend
+_LETTERS = 13.5  # characters per inch of a legend or title
+_LABELS = 0.35  # inches beside a panel, for its labels and the next one's
 _HANDLE = 4  # characters; width of a key's handle
 
 
@@ -74,7 +76,9 @@ def panels(titles: Mapping[str, str], columns: int, width: float, height: float)
     size = 9.5 if width / columns > WIDTH / 3 else 8.8  # points; smaller titles in narrow panels
     found = dict(zip(titles, grid, strict=False))
     for key, axes in found.items():
-        axes.set_title(titles[key], loc="left", fontsize=size, fontweight="bold", color=INK, pad=4)
+        tied = titles[key].replace(" %", "\N{NO-BREAK SPACE}%")
+        title = textwrap.fill(tied, int(_LETTERS * (width / columns - _LABELS)), break_long_words=False)
+        axes.set_title(title, loc="left", fontsize=size, fontweight="bold", color=INK, pad=4)
     for spare, above in zip(grid[len(titles) :], grid[len(titles) - columns :], strict=False):
         spare.set_visible(False)
         above.tick_params(labelbottom=True)  # the panel below is missing
