@@ -33,7 +33,7 @@ from caregiver_mj.tasks.base import OBSERVED
 PAGES = sorted((pathlib.Path(__file__).parents[1] / "docs").rglob("*.md"))
 _PLACE = re.compile(r"(<!-- scripts/tables\.py: (\w+) -->\n).*?(<!-- end -->)", re.S)
 _HOUSE = "paper"
-_OTHER = "home"  # house with every kind of hazard, for tasks that need one which `_HOUSE` lacks
+_OTHER = "home-train-4/0"  # has every kind of hazard
 _TARGETS = "caregiver_mj/Supervise-Targets-v0"
 _OBSERVED_OF_TARGETS = {
     "clock": "elapsed share of the episode",
@@ -66,10 +66,11 @@ def _environment(name: str, **kwargs: str) -> gymnasium.Env:
 
 def _of_task(task: str) -> gymnasium.Env:
     """Return the Gymnasium environment of a task."""
-    return _environment(TASKS[task].id, house=_house_of(task))
+    return _environment(TASKS[task].id, house=house_for(task))
 
 
-def _house_of(task: str) -> str:
+def house_for(task: str) -> str:
+    """Return the house of the tables, or the other one if a task needs a hazard that only that has."""
     needed = TASKS[task].find_kind().needs if task in TASKS else None
     return _HOUSE if needed is None or needed.verb in FloorPlan.load(_HOUSE).hazards.verb else _OTHER
 
@@ -122,7 +123,7 @@ def environments() -> str:
 
 
 def _section(name: str, entry: gallery.Entry, known: dict[str, tuple[set[str], str]]) -> str:
-    house = _house_of(name)
+    house = house_for(name)
     env, task = _environment(entry.id, house=house, **entry.kwargs), TASKS.get(name)
     kind = task.find_kind() if task else type(env)
     (purpose, *_), units = (inspect.getdoc(inspect.getmodule(kind)) or "").splitlines(), {}

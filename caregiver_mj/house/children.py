@@ -233,10 +233,10 @@ class Move:
 class CompliantBody:
     """A child's body on a spring and damper behind its walk, and soft to the touch: an option of the tasks.
 
-    Without it a child goes where its walk takes it, whatever is there: between control steps it is a free body of
-    12 kg, which is then put back. Forces between it and the robot are then those of a servo-driven wall. A compliant
-    child is pushed aside: its feet follow the walk, its body sways above them, and it steps once it has been pushed
-    beyond the reach of its feet. Untouched, it walks as usual.
+    Without it nothing stops a child's walk: within a control step the child is a free body of 12 kg, after it the walk
+    puts it back. It then presses on the robot like a servo-driven wall. A compliant child is pushed aside: its feet
+    follow the walk, its body sways above them, and it steps once it has been pushed beyond the reach of its feet.
+    Untouched, it walks as usual.
     """
 
     def reset(self, walk: ToddlerWalk) -> None:

@@ -131,7 +131,7 @@ class Forecast:
         return cls(prediction.presence(SOON)[0], harm, prediction.toy_bin[0], epsilon)
 
     def places(self) -> Iterator[tuple[int, int, float]]:
-        """Yield each free cell where a child may be, whoever is likeliest there, and the strength of its colour."""
+        """Yield each free cell where a child may be, the likeliest child there, and the strength of its colour."""
         for cell in np.flatnonzero(self.presence.max(axis=0) >= LEAST).tolist():
             child = int(self.presence[:, cell].argmax())
             yield cell, child, _strength(self.presence[child, cell])

@@ -18,6 +18,7 @@ import pandas as pd
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.verdicts import LEVEL
+from caregiver_mj.recording.record import COLUMNS
 from caregiver_mj.viz.report.run import PUBLISHED
 from study import Page, Parser, Rows, markdown_cells, read_table
 
@@ -71,6 +72,8 @@ def publish(runs: Sequence[pathlib.Path], beside: Sequence[pathlib.Path], docs: 
     for run_folder in (*runs, *beside):
         table = folder / ("houses.csv" if run_folder in runs[:1] else f"houses_{run_folder.name}.csv")
         means = pd.read_parquet(run_folder / "houses.parquet").drop(columns="wall_seconds", errors="ignore")
+        if (means.world == "grid").all():  # columns that only the house counts are empty there
+            means = means.drop(columns=[one.name for one in COLUMNS if one.world == "house"], errors="ignore")
         means.round(4).to_csv(table, index=False)
 
 

@@ -61,7 +61,7 @@ def test_the_restraint_knows_when_there_is_a_candle_in_the_hand(monkeypatch):
         told.append((is_loaded, view.base, seconds))
         return restrain(view, robot, clearance, seconds, is_loaded, velocity, before)
 
-    monkeypatch.setattr(separation, "is_alone", lambda view, robot, apart=0.0: False)  # it is told at every step
+    monkeypatch.setattr(separation, "is_alone", lambda view, robot, apart=0.0: False)  # children are near at every step
     monkeypatch.setattr(separation, "restrain", listen)
     env = load("relocate_candle", ROOM, 0.0, random=0)
     policy, timestep = CaregiverPolicy(env), env.reset()

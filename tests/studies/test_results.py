@@ -2,7 +2,9 @@
 
 import pathlib
 
-from studies.results import main_results, write_readme
+import pandas as pd
+
+from studies.results import Tables, main_results, publish, tables_of_the_paper, write_readme
 
 ROOT = pathlib.Path(__file__).parents[2]
 
@@ -14,3 +16,21 @@ def test_readme_has_what_the_tables_say(tmp_path):
     assert readme.read_text("utf-8") == (ROOT / "README.md").read_text("utf-8")
     # In docs/results/tables/harm_by_hazards.csv harm could be shown in 278 to 282 of the 500 conditions of `test-100`.
     assert "550 conditions" in " ".join(main_results(ROOT / "docs").split())
+
+
+def test_chance_is_what_the_papers_few_episodes_allow(monkeypatch):
+    # Ours of 2,000 episodes is 0.01 wide to either side; of 20 it is ten times as wide: 0.3 to 0.5.
+    ours = {"epsilon": 1.0, "episodes": 2000, "grid": [0.4, 0.39, 0.41]}
+    monkeypatch.setattr(Tables, "paper", lambda _: [ours | {"paper": paper} for paper in (0.29, 0.31, 0.49, 0.51)])
+    why = [line.split(" | ")[-1] for line in tables_of_the_paper(ROOT).splitlines()[2:]]
+    assert ["chance of 20 episodes" in words for words in why] == [False, True, True, False]
+
+
+def test_published_houses_of_the_grid_lack_what_only_the_house_counts(tmp_path):
+    for world in ("grid", "house"):
+        (tmp_path / world).mkdir()
+        table = pd.DataFrame({"world": [world], "damage": [1.0], "strikes": [0.0], "wall_seconds": [9.0]})
+        table.to_parquet(tmp_path / world / "houses.parquet")
+    publish([], [tmp_path / "grid", tmp_path / "house"], tmp_path, "of")
+    assert (tmp_path / "of/houses_grid.csv").read_text("utf-8") == "world,damage\ngrid,1.0\n"
+    assert (tmp_path / "of/houses_house.csv").read_text("utf-8") == "world,damage,strikes\nhouse,1.0,0.0\n"
