@@ -188,7 +188,9 @@ def test_a_caregiver_can_be_chosen(tmp_path, capsys):
     assert cli.main(evaluate.split()) == 0
     for chosen, shown in ((), "paper"), (("--caregiver", "nearest"), "nearest"):
         assert cli.main(["report", str(run), *chosen]) == 0
-        assert f"<h2>Grid (paper), caregiver <code>{shown}</code></h2>" in (run / "report.html").read_text("utf-8")
+        page = (run / "report.html").read_text("utf-8")
+        assert f"<h2>Grid (paper), caregiver <code>{shown}</code></h2>" in page
+        assert ("In the paper, the same novices" in page) == (shown == "paper")  # its numbers are of the rule
     capsys.readouterr()
     assert "which has paper, nearest" in fails(capsys, ["report", run, "--caregiver", "guard"])
 

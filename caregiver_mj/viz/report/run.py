@@ -176,12 +176,12 @@ class Run(Finished):
     def cited(self) -> bool:
         """Whether the paper's numbers are comparable.
 
-        They are of one novice at the paper's speed, an unpublished house, and a caregiver with full sight. Only house
+        They are of one novice at the paper's speed, an unpublished house, and the rule with full sight. Only house
         `paper` stands in for that house.
         """
         settings = self.settings
         its_own = settings.plans == (FloorPlan.load("paper"),) and settings.sight == "all"
-        its_own &= settings.child_speed == WALKING_SPEED
+        its_own &= settings.child_speed == WALKING_SPEED and self.caregiver in RULE
         return its_own and any(len(words.members(family)) == 1 for family in self.families)
 
     def published(self, column: str, family: str) -> tuple[float, float] | None:
