@@ -15,6 +15,7 @@ import paper_figures
 import pytest
 import reproduce
 import tables
+from mdit_py_plugins.anchors.index import slugify
 from PIL import Image
 
 from caregiver_mj.caregivers.registry import CAREGIVERS, PLAYERS
@@ -128,6 +129,9 @@ def test_links_lead_somewhere():
         links = re.findall(r"(?:\]\(|src=\")([^)#\"]+)", page.read_text("utf-8"))
         local = [link for link in links if not link.startswith("http")]
         assert [link for link in local if not page.parent.joinpath(link).exists()] == [], page
+        for file, heading in re.findall(r"\]\(([^)#:]*)#([^)]+)\)", page.read_text("utf-8")):
+            titles = re.findall(r"^#+ (.*)", (page.parent / file if file else page).read_text("utf-8"), re.MULTILINE)
+            assert heading in {slugify(title.replace("`", "")) for title in titles}, f"{page}: {file}#{heading}"
 
 
 def test_pages_stay_short():
