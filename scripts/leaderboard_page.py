@@ -17,9 +17,10 @@ DOCS = pathlib.Path(__file__).parents[1] / "docs"
 SHOWN = ("caregiver", "damage left", "epsilon 1", "epsilon 0.5", "toys kept", "strikes", "seconds")
 HEAD = """# Leaderboard
 
-Our own caregivers; headings name the source. Every row was verified, bit for bit. *Damage left* and *toys kept* are
-shares of those of `none`, with 95 % intervals over houses; *seconds* are those of an episode on its author's machine.
-`knows-goal` is privileged. By hazard: [leaderboard.csv](leaderboard.csv). [How to enter](guide/leaderboard.md).
+Our own caregivers; headings name the source. Every row was verified, bit for bit. *Damage left*, with its 95 %
+interval over houses, and *toys kept* are shares of those of `none`; *seconds* are those of an episode on its author's
+machine. `knows-goal` is privileged. By hazard: [leaderboard.csv](leaderboard.csv). [How to
+enter](guide/leaderboard.md).
 """
 
 

@@ -20,13 +20,16 @@ from caregiver_mj.viz.figures import damage_left
 from study import Rows, read_table
 
 DOCS = pathlib.Path(__file__).parents[1] / "docs"
+# A value, then its interval, if there is one: "0.31 (0.19 to 1.97); 34 % (…)" or "0.31 [0.19, ∞]\n3.2 of 10.1".
+_ESTIMATE = re.compile(r"([+-]?[\d.]+|–)(?:\s+[(\[]([^()\[\]]*(?: to |, )[^()\[\]]*)[)\]])?")
 _COLOURS = {"alone": unit(ALONE), "expected-danger": unit(GUARDED), "foresight": unit(BIN)}
 
 
 def estimate(cell: str) -> list[float]:
-    """Return the value in a table cell and the ends of its interval, NaN if missing."""
-    found = re.findall(r"[+-]?\d+(?:\.\d+)?", cell)[:3]
-    return [*map(float, found), *[np.nan] * (3 - len(found))]
+    """Return the value in a table cell and the ends of the interval in brackets behind it, NaN if missing or open."""
+    value, ends = _ESTIMATE.match(cell).groups()
+    low, high = re.split(" to |, ", ends) if ends else ("–", "–")
+    return [np.nan if one in ("–", "-∞", "∞") else float(one) for one in (value, low, high)]
 
 
 def series(label: str, cells: Sequence[str]) -> Series:

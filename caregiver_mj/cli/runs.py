@@ -269,7 +269,7 @@ def print_table(summary: dict[str, Any], console: rich.console.Console) -> None:
         )
         who = {"epsilon of each" if several else "epsilon": row["family"], "caregiver": row["caregiver"]}
         rows.append(who | dict(zip(_TITLES, cells, strict=True)))
-    episodes = f"{first['episodes']} episodes each" if first["episodes"] > 1 else "1 episode each"
+    episodes = f"{first['episodes']} episode{'s' if first['episodes'] > 1 else ''} a row"
     many = summary.get("seeds")
     seeds = f"seeds {', '.join(map(str, many))}" if many else f"seed {summary['seed']}"
     title = f"{first['world']} {_where(first)}, {episodes}, {seeds}"

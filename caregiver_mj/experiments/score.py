@@ -75,7 +75,8 @@ def with_costs(episodes: pd.DataFrame, plans: Sequence[FloorPlan]) -> pd.DataFra
     costs nothing, because bumps into it are not counted. `all_harm` is the damage plus robot harm. Episodes of an older
     version that lacks the counts return without these columns.
     """
-    weights, on_tables = plans[0].damage, kinds_at(Where.ON_TABLE)
+    weights, there = plans[0].damage, {kind for plan in plans for kind in plan.hazards.kinds}
+    on_tables = [kind for kind in kinds_at(Where.ON_TABLE) if kind in there]
     counted = ("strikes", "candles_dropped", *(f"damage_{kind.name}" for kind in (TABLE, *on_tables)))
     if not {*counted} <= {*episodes}:
         return episodes

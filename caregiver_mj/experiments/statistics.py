@@ -75,10 +75,11 @@ def comparison_rows(episodes: pd.DataFrame, caregiver: str, baseline: str) -> li
         CaregiverError: There is no such caregiver, or an episode of one has no counterpart with the other.
     """
     columns = [column for column in COMPARED if column in episodes]
-    rows = []
+    rows: list[dict[str, Any]] = []
+    tests = len(episodes[[*CONDITION, "caregiver"]].drop_duplicates())  # at most, of rows that are judged together
     for key, ours, theirs in pairs(episodes, caregiver, baseline):
         row = _heading(key, ours, caregiver=caregiver, baseline=baseline)
-        row |= _shares(ours, theirs, acts=baseline != "none")
+        row |= _shares(ours, theirs, tests, acts=baseline != "none")
         if baseline == "none" and "preventable" in episodes:
             prevented = theirs.rows["damage"].to_numpy() - ours.rows["all_harm"].to_numpy()
             alone = Sample(theirs.rows.assign(prevented=prevented))
@@ -86,7 +87,8 @@ def comparison_rows(episodes: pd.DataFrame, caregiver: str, baseline: str) -> li
             row |= _columns("score", alone.estimators.of_ratio(*both, least=-np.inf).column(0))
         found = ours.estimators.of_difference(ours.values(columns), theirs.values(columns))
         differences = ours.units(columns) - theirs.units(columns)
-        for i, (column, p) in enumerate(zip(columns, np.atleast_1d(verdicts.sign_flip_p(differences)), strict=True)):
+        flipped = np.atleast_1d(verdicts.sign_flip_p(differences, tests))
+        for i, (column, p) in enumerate(zip(columns, flipped, strict=True)):
             p = _number(p) if verdicts.enough(differences[:, i]) else None
             row |= _columns(f"{column}_difference_mean", found.column(i)) | {f"{column}_p": p}
         rows.append(row)
@@ -113,7 +115,7 @@ def judged_together(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return rows
 
 
-def _shares(ours: Sample, theirs: Sample, *, acts: bool) -> dict[str, Any]:
+def _shares(ours: Sample, theirs: Sample, tests: int, *, acts: bool) -> dict[str, Any]:
     """Return the shares of damage and toys left, and the verdicts at their margins."""
     samples_ = ours.values(_LEFT), theirs.values(_LEFT)
     units = zip(ours.units(_LEFT).T, theirs.units(_LEFT).T, strict=True)
@@ -125,11 +127,12 @@ def _shares(ours: Sample, theirs: Sample, *, acts: bool) -> dict[str, Any]:
         row["damage_left_by_house"] = _number(by_house.column(0).value)
     if acts:
         row["damage_equivalence"] = verdicts.equivalent(*damage, verdicts.MARGINS["damage"], found.column(0)).value
-        row["damage_equivalence_p"] = _number(verdicts.margin_p(*damage, verdicts.MARGINS["damage"], both=True))
+        p = verdicts.margin_p(*damage, verdicts.MARGINS["damage"], both=True, tests=tests)
+        row["damage_equivalence_p"] = _number(p)
     row |= _columns("toys_reached_left", found.column(1))
     kept = verdicts.not_inferior(*toys, verdicts.MARGINS["toys_reached"], found.column(1))
-    p = _number(verdicts.margin_p(*toys, verdicts.MARGINS["toys_reached"]))
-    return row | {"toys_reached_not_inferior": kept.value, "toys_reached_not_inferior_p": p}
+    p = verdicts.margin_p(*toys, verdicts.MARGINS["toys_reached"], tests=tests)
+    return row | {"toys_reached_not_inferior": kept.value, "toys_reached_not_inferior_p": _number(p)}
 
 
 def _heading(key: dict[str, Any], sample: Sample, **who: str) -> dict[str, Any]:

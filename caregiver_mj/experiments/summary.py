@@ -79,10 +79,12 @@ def summarise(settings: Settings, episodes: pd.DataFrame, houses: pd.DataFrame) 
         (rule, other) for rule in RULE if rule in ran for other in ran if other not in ("none", *RULE, BARE_TABLES)
     ]
     costs = with_costs(episodes, settings.plans)
-    comparisons = [row for together in (against_none, others) for row in compared_together(costs, together)]
+    with_none = [row for pair in against_none for row in statistics.comparison_rows(costs, *pair)]
     damage = harm(houses)
+    verdicts = judge(episodes, damage, [*map(dict, with_none)])  # before these rows are judged together
+    comparisons = statistics.judged_together(with_none) + compared_together(costs, others)
     return {
-        "verdicts": judge(episodes, damage, comparisons),
+        "verdicts": verdicts,
         "harm": damage,
         "rows": statistics.mean_rows(episodes, [column for column in MEASURES if column in episodes]),
         "comparisons": comparisons,
@@ -114,8 +116,9 @@ def by_house(episodes: pd.DataFrame) -> pd.DataFrame:
     order = pd.MultiIndex.from_frame(episodes[_KEYS].drop_duplicates())
     columns = ["damage_left", "damage_left_ci_low", "damage_left_ci_high", *HARM]
     against = pd.DataFrame(np.nan, table.index, columns)
+    tests = len(episodes[["house", "family"]].drop_duplicates())
     for keys, (ours, theirs) in _alike(groups):
-        against.loc[keys] = np.column_stack([*intervals.of_ratio(ours, theirs), of_conditions(ours, theirs)])
+        against.loc[keys] = np.column_stack([*intervals.of_ratio(ours, theirs), of_conditions(ours, theirs, tests)])
     found = table.join(against).loc[order].reset_index()
     return found.join(judge_conditions(found))
 
@@ -139,8 +142,10 @@ def _alike(groups: pd.api.typing.DataFrameGroupBy) -> Iterator[tuple[list[tuple[
         yield keys, tuple(np.stack([damage[key].to_numpy() for key in side], axis=1) for side in (keys, alone))
 
 
-def of_conditions(ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
+def of_conditions(ours: np.ndarray, theirs: np.ndarray, tests: int) -> np.ndarray:
     """Compare the damage with a caregiver and alone in each condition, (episodes, conditions) each.
+
+    The p is later corrected for the number of `tests` of a caregiver.
 
     Returns:
         The `HARM` of each condition, (conditions, columns): the mean paired difference, ours less theirs, with its
@@ -149,7 +154,7 @@ def of_conditions(ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
     difference = ours - theirs
     found = intervals.of_difference(ours, theirs)
     worse = (difference > 0).mean(axis=0)
-    return np.stack([*found, worse, sign_flip_p_more(difference), least_p_more(difference)], axis=1)
+    return np.stack([*found, worse, sign_flip_p_more(difference, tests), least_p_more(difference, tests)], axis=1)
 
 
 def judge_conditions(conditions: pd.DataFrame) -> pd.DataFrame:
@@ -179,7 +184,7 @@ def harm(conditions: pd.DataFrame) -> list[dict[str, Any]]:
 def judge_run(episodes: pd.DataFrame) -> list[dict[str, Any]]:
     """Return the `verdicts` of episodes that have no summary yet, with `none` among them."""
     acting = [name for name in episodes["caregiver"].unique() if name != BASELINE]
-    against_none = compared_together(episodes, [(name, BASELINE) for name in acting])
+    against_none = [row for name in acting for row in statistics.comparison_rows(episodes, name, BASELINE)]
     return judge(episodes, harm(by_house(episodes)), against_none)
 
 
@@ -226,7 +231,8 @@ def judge(
     Args:
         episodes: A row an episode; an absent column was not measured.
         damage: `summary.harm` of the episodes; empty for a run without `none`.
-        comparisons: Rows of `statistics.comparison_rows`, including those with `none`.
+        comparisons: Rows of `statistics.comparison_rows`, including those with `none`, each corrected for the
+            children of its caregiver alone: a verdict does not depend on other caregivers of the run.
 
     Returns:
         For each caregiver: `caregiver`, `world`, `episodes`, the overall `verdict` and `text`, and `parts`: `damage`,
@@ -269,7 +275,8 @@ def _of_damage(row: dict[str, Any] | None, own: pd.DataFrame) -> dict[str, Any]:
     pairs += "s" if row["cells"] > 1 else ""
     harmed, decidable, worst = row["cells_harmed"], row["cells_decidable"], row["worst"]
     ends = intervals.in_words(worst["damage_difference_ci_low"], worst["damage_difference_ci_high"])
-    called = "worst" if harmed else "greatest increase" if worst["damage_difference"] > 0 else "least decrease"
+    increase = worst["damage_difference"]
+    called = "worst" if harmed else ("greatest increase", "no change", "least decrease")[1 - int(np.sign(increase))]
     greatest = (
         f"{called}: {worst['house']}, epsilon {worst['family']}, "
         f"{worst['damage_alone']:.2f} alone, {worst['damage_with']:.2f} with it, "

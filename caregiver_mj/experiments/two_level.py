@@ -131,16 +131,17 @@ def _interval(above: np.ndarray, below: np.ndarray, errors: np.ndarray) -> Estim
     else:
         count = len(errors.T)
     mean, square = errors.sum(axis=1) / count, np.einsum("ij,ij->i", errors, errors) / count
-    if max(scale, square.max()) <= intervals.EXACT * (above**2).mean():
-        return Estimate(ratio, ratio, ratio)
+    rounding = intervals.EXACT * (above**2).mean()
+    if scale <= rounding:  # equal houses, which say nothing of others if their episodes differ
+        return Estimate(ratio, ratio, ratio) if square.max() <= rounding else Estimate(ratio, -np.inf, np.inf)
     t = intervals.pivots(mean[None], square[None], count, scale[None, None])
     low, high = intervals.solve(above[None], below[None], *intervals.quantiles(t))
     return Estimate(ratio, float(low[0]), float(high[0]))
 
 
 def _not_below(least: float, estimate: Estimate[float], telling: int) -> Estimate[float]:
-    """Bound an estimate from below; an estimate of zero has no upper end."""
+    """Bound an estimate from below; one at its bound has no upper end."""
     value, low, high = estimate
-    if value == 0 or (low == high and telling < intervals.TELLING):
+    if value == least or (low == high and telling < intervals.TELLING):
         return Estimate(value, least, np.inf)
     return Estimate(value, float(np.maximum(low, least)), high)

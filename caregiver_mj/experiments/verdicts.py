@@ -7,6 +7,7 @@ together, the p is that after Holm's correction.
 from __future__ import annotations
 
 import enum
+import math
 
 import numpy as np
 
@@ -20,6 +21,7 @@ MARGINS = {
 
 _EXACT_PAIRS = 20  # up to this number all 2^20 signs are tried
 _MOST, _LEAST = 50_000, 2_000  # draws of signs: fewer for many pairs, whose p is clear anyway
+_PER_TEST = 5  # draws for each of several tests at once, over `LEVEL`: then the least p, corrected, is a fifth of it
 _SIGNS = 10_000_000  # signs of all pairs together, within these bounds
 _BLOCK = 2_000_000  # signs at once
 _TIE = 1e-9  # relative; sums that differ by less are equal but for rounding
@@ -92,14 +94,14 @@ def equivalent(ours: np.ndarray, theirs: np.ndarray, margin: float, ratio: Estim
     return Verdict.DIFFERENT if high < least or low * least > 1 else Verdict.NONE
 
 
-def margin_p(ours: np.ndarray, theirs: np.ndarray, margin: float, *, both: bool = False) -> float:
+def margin_p(ours: np.ndarray, theirs: np.ndarray, margin: float, *, both: bool = False, tests: int = 1) -> float:
     """Return the p of ours being at the margin: two-sided, by sign flips; NaN if no p could be small enough.
 
     The arguments are as of `not_inferior`. With `both`, as for `equivalent`, it also tests theirs against ours, and
-    returns the larger p.
+    returns the larger p. `tests` is as of `sign_flip_p`.
     """
     sides = _sides(ours, theirs, 1 - margin)[: 1 + both]
-    return max(float(sign_flip_p(side)) for side in sides) if all(map(enough, sides)) else np.nan
+    return max(float(sign_flip_p(side, tests)) for side in sides) if all(map(enough, sides)) else np.nan
 
 
 def _sides(ours: np.ndarray, theirs: np.ndarray, least: float) -> list[np.ndarray]:
@@ -107,17 +109,18 @@ def _sides(ours: np.ndarray, theirs: np.ndarray, least: float) -> list[np.ndarra
     return [np.asarray(ours, float) - least * theirs, np.asarray(theirs, float) - least * ours]
 
 
-def sign_flip_p(difference: np.ndarray) -> np.ndarray | float:
+def sign_flip_p(difference: np.ndarray, tests: int = 1) -> np.ndarray | float:
     """Return the two-sided p of a mean of zero, by flipping the signs of the differences.
 
     The absolute sum is compared with that under other signs: all of them for at most 20 differences other than zero,
-    else random ones with a fixed seed. The differences are of pairs, (n,), or of several measures, (n, columns).
+    else random ones with a fixed seed: more if the p is later corrected for a number of `tests`. The differences are of
+    pairs, (n,), or of several measures, (n, columns).
     """
     columns = np.asarray(difference, float)
-    return float(_p_of_columns(columns[:, None])[0]) if columns.ndim == 1 else _p_of_columns(columns)
+    return float(_p_of_columns(columns[:, None], tests)[0]) if columns.ndim == 1 else _p_of_columns(columns, tests)
 
 
-def sign_flip_p_more(difference: np.ndarray) -> np.ndarray:
+def sign_flip_p_more(difference: np.ndarray, tests: int = 1) -> np.ndarray:
     """Return the one-sided p of a mean not above zero for each column, (columns,), by the same flips.
 
     Sums under flipped signs are symmetric, so it is half the two-sided p. It is 1 where the mean is not above zero.
@@ -125,29 +128,30 @@ def sign_flip_p_more(difference: np.ndarray) -> np.ndarray:
     columns = np.asarray(difference, float)
     more = columns.sum(axis=0) > _TIE * np.abs(columns).sum(axis=0)
     p = np.ones(columns.shape[1])
-    p[more] = _p_of_columns(columns[:, more]) / 2
+    p[more] = _p_of_columns(columns[:, more], tests) / 2
     return p
 
 
-def least_p_more(difference: np.ndarray) -> np.ndarray:
+def least_p_more(difference: np.ndarray, tests: int = 1) -> np.ndarray:
     """Return the least possible `sign_flip_p_more`, given the number of pairs that differ, (columns,)."""
     differing = np.count_nonzero(difference, axis=0)
-    drawn = 1 / (2 * _flips(len(difference)))
+    drawn = 1 / (2 * _flips(len(difference), tests))
     return np.where(differing > _EXACT_PAIRS, drawn, 0.5 ** np.minimum(differing, _EXACT_PAIRS))
 
 
-def _flips(pairs: int) -> int:
-    return int(np.clip(_SIGNS // pairs, _LEAST, _MOST))
+def _flips(pairs: int, tests: int) -> int:
+    least = max(_LEAST, math.ceil(_PER_TEST * tests / LEVEL))
+    return int(np.clip(_SIGNS // pairs, least, max(_MOST, least)))
 
 
-def _p_of_columns(columns: np.ndarray) -> np.ndarray:
+def _p_of_columns(columns: np.ndarray, tests: int) -> np.ndarray:
     """Return the two-sided p of each column of (n, columns)."""
     p = np.ones(columns.shape[1])
     many = np.count_nonzero(columns, axis=0) > _EXACT_PAIRS
     for i in np.flatnonzero(~many):
         p[i] = _p_of_all_signs(columns[columns[:, i] != 0, i])
     if many.any():
-        p[many] = _p_of_drawn_signs(columns[:, many])
+        p[many] = _p_of_drawn_signs(columns[:, many], tests)
     return p
 
 
@@ -160,9 +164,9 @@ def _p_of_all_signs(difference: np.ndarray) -> float:
     return float((np.abs(sums + np.abs(difference[0])) >= _least_sum(difference)).mean())
 
 
-def _p_of_drawn_signs(columns: np.ndarray) -> np.ndarray:
+def _p_of_drawn_signs(columns: np.ndarray, tests: int) -> np.ndarray:
     pairs, sizes, least = len(columns), np.abs(columns), _least_sum(columns)
-    flips = _flips(pairs) - 1
+    flips = _flips(pairs, tests) - 1
     random = np.random.default_rng(0)
     rows = max(1, _BLOCK // pairs)
     hits = np.zeros(columns.shape[1])

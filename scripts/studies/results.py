@@ -167,10 +167,8 @@ def tables_of_the_paper(docs: pathlib.Path) -> str:
     """Return README's table of what the rule leaves in house `paper`, beside the paper's."""
     lines = ["| random moves | paper | here | deviation | why |", "|---|---|---|---|---|"]
     for row in Tables(docs).paper():
-        theirs, (ours, *ends) = row["paper"], row["grid"]
-        # The paper's numbers are of few episodes, ours of many: the interval of as few is wider by the root of both.
-        low, high = (ours + math.sqrt(row["episodes"] / _EPISODES_OF_THE_PAPER) * (end - ours) for end in ends)
-        why = "chance of 20 episodes" if low <= theirs <= high else "beyond chance: their map is missing"
+        theirs, ours = row["paper"], row["grid"][0]
+        why = "chance of 20 episodes" if row["by_chance"] else "beyond chance: their map is missing"
         lines.append(f"| {100 * row['epsilon']:g} % | {theirs:.3f} | {ours:.3f} | {ours - theirs:+.3f} | {why} |")
     return "\n".join(lines)
 
@@ -233,9 +231,12 @@ class Tables:
         return {name: _summed(cells, name) for name in cells.caregiver.unique()}
 
     def harmed(self, file: str) -> dict[str, str]:
-        """Return in how many conditions each caregiver increases the damage, of how many."""
-        groups = self.houses(file).groupby("caregiver")
-        return {name: f"{(own.harm_verdict == 'more').sum()} of {len(own)}" for name, own in groups}
+        """Return in how many conditions each caregiver increases the damage, in how many it could be shown, and all."""
+        every = self.houses(file)
+        return {
+            name: f"{(own.harm_verdict == 'more').sum()}/{_decidable_in(every, name)}/{len(own)}"
+            for name, own in every.groupby("caregiver")
+        }
 
     def paper(self) -> list[dict[str, Any]]:
         """Return the rows of the paper's Tables I and II beside ours: damage left, and timesteps."""
@@ -244,19 +245,29 @@ class Tables:
         for epsilon in sorted(grid.epsilon.unique(), reverse=True):
             of = {name: grid[(grid.caregiver == name) & (grid.epsilon == epsilon)].iloc[0] for name in _CLAIMED}
             alone, rule = of["none"], of["expected-danger"]
-            theirs = PUBLISHED["damage_normalised"][epsilon]
+            without, guarded = PUBLISHED["damage_normalised"][epsilon]
             physical = house[(house.caregiver == "expected-danger") & (house.epsilon == epsilon)].iloc[0]
             rows.append(
                 {
                     "epsilon": epsilon,
-                    "episodes": rule.episodes,
-                    "paper": theirs[1] / theirs[0],
+                    "paper": guarded / without,
+                    "by_chance": by_chance(guarded / without, _estimate(rule), rule.episodes),
                     "grid": _estimate(rule),
                     "steps": [*zip(PUBLISHED["timesteps_to_threshold"][epsilon], _steps(alone, rule), strict=True)],
                     "house": _estimate(physical),
                 }
             )
         return rows
+
+
+def by_chance(theirs: float, ours: Sequence[float], episodes: int) -> bool:
+    """Return whether a number of the paper is in the interval of as few episodes as its own.
+
+    Ours, with its interval, is of more `episodes`; that of fewer is wider by the root of their ratio.
+    """
+    value, *ends = ours
+    low, high = (value + math.sqrt(episodes / _EPISODES_OF_THE_PAPER) * (end - value) for end in ends)
+    return bool(low <= theirs <= high)
 
 
 def _estimate(cell: Any) -> list[float]:

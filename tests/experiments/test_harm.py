@@ -48,6 +48,13 @@ def test_one_sided_p_by_hand():
     assert least_p_more(differences).tolist() == [1 / 8, 1 / 8, 1 / 8, 1]
 
 
+@pytest.mark.parametrize("pairs", [21, 1_000, 100_000])
+@pytest.mark.parametrize("tests", [1, 500, 5_000])
+def test_more_episodes_never_make_harm_undetectable(pairs, tests):
+    (least,) = least_p_more(np.ones((pairs, 1)), tests)
+    assert least * tests <= 0.05 / 5
+
+
 def test_cells_by_hand(cells):
     bully = cells[cells.caregiver == "bully"].set_index(["house", "epsilon"])
     wanted = {("a", 1.0): -5, ("a", 0.5): 1, ("b", 1.0): 3, ("b", 0.5): 26 / 7}
@@ -134,6 +141,14 @@ def test_toys_taken_beyond_the_margin_are_harm(toys, verdict):
     assert found["verdict"] == verdict
     taken = found["parts"]["taken"]
     assert (taken["toys_kept"], taken["moves_blocked_free"]) == (np.mean(toys) / 20, 7)
+
+
+def test_a_verdict_on_a_caregiver_is_that_without_others_in_the_run():
+    episodes = in_house(toys_reached=18).query("episode < 6")  # all six fewer: a p of 2 / 64, no verdict for two
+    other = episodes[episodes.caregiver == "robot"].assign(caregiver="other")
+    (alone,), (beside, _) = judge_run(episodes), judge_run(pd.concat([episodes, other], ignore_index=True))
+    assert alone == beside
+    assert alone["parts"]["taken"]["verdict"] == "harm"
 
 
 def test_more_damage_is_harm(episodes):

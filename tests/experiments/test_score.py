@@ -147,5 +147,9 @@ def test_tables_without_a_score():
     for damage, plan in ((0.0, PAPER), (8.0, dear)):
         none, ours = (rows_of(n, damage=damage, damage_candle=0.0, damage_table=0.0) for n in ("none", "ours"))
         assert comparison_rows(with_costs(pd.concat([none, ours]), [plan]), "ours", "none")[0]["score"] is None
+    (row,) = comparison_rows(
+        with_costs(pd.concat([none, ours]), [FloorPlan.load("paper", damage="mug=0")]), "ours", "none"
+    )
+    assert row["score"] == 0  # there is no mug
     older = pd.concat([none, ours]).drop(columns="strikes")
     assert "score" not in comparison_rows(with_costs(older, [PAPER]), "ours", "none")[0]

@@ -63,6 +63,12 @@ def test_houses_that_are_all_the_same(houses, wanted):
     ours, theirs = [[2, 2]] * houses, [[4, 4]] * houses
     assert two_level.of_ratio(ours, theirs) == two_level.of_mean_ratio(ours, theirs) == wanted
     assert two_level.of_mean(ours) == (2, 2, 2)
+    by_chance = [[1, 3], [3, 1], [2, 2], [0, 4]]  # equal means of a few different episodes bound nothing
+    assert (
+        two_level.of_mean(by_chance)
+        == two_level.of_ratio(by_chance, [[1, 1]] * 4, least=-np.inf)
+        == (2, -np.inf, np.inf)
+    )
 
 
 def test_ratios_that_may_be_negative():
@@ -71,5 +77,7 @@ def test_ratios_that_may_be_negative():
     less = [y - x for y, x in zip(ours, theirs, strict=True)]
     wanted = np.subtract(two_level.of_ratio(ours, theirs), 1)
     assert two_level.of_ratio(less, theirs, least=-np.inf) == pytest.approx(wanted)
+    zero = two_level.of_ratio([[1.0, 2], [-2.0, -3], [2.0, 1], [-1.0, 0]], [[4.0, 5]] * 4, least=-np.inf)
+    assert -np.inf < zero.low < zero.value == 0 < zero.high < np.inf  # a value as any other
     assert of_ratio(less[0], theirs[0], least=-np.inf) == pytest.approx(np.subtract(of_ratio(ours[0], theirs[0]), 1))
     assert of_ratio(-ours[0], np.arange(20.0) - 9, least=-np.inf)[1:] == (-np.inf, np.inf)  # the latter may be zero

@@ -43,6 +43,7 @@ def test_many_signs_are_drawn():
     assert sign_flip_p(difference) == pytest.approx(stats.binomtest(21, 30).pvalue, rel=0.05)
     assert sign_flip_p(difference) == sign_flip_p(difference[::-1])
     assert sign_flip_p(np.ones(300)) == pytest.approx(300 / 10_000_000, rel=1e-3)  # the least there can be
+    assert sign_flip_p(np.ones(300), tests=1_000) == pytest.approx(1 / 100_000)  # less, to be corrected for many
 
 
 Compared = collections.namedtuple("Compared", ("estimate", "p", "verdict"))

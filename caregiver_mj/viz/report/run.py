@@ -15,6 +15,7 @@ import numpy as np
 import pandas as pd
 
 from caregiver_mj.caregivers.registry import RULE
+from caregiver_mj.caregivers.server import Queries
 from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.finished import Finished, read_finished
@@ -151,11 +152,18 @@ class Run(Finished):
             ("--embodiment", settings.embodiment, DEFAULT),
             ("--sight", settings.sight, "all"),
             ("--child-speed", settings.child_speed, WALKING_SPEED),
+            *(
+                (f"--{one.name.replace('_', '-')}", getattr(settings.queries, one.name), one.default)
+                for one in dataclasses.fields(Queries)
+                if one.name != "folder"
+            ),
         ):
-            command += [option, str(value)] if value != usual else []
+            command += [] if value == usual else [option] if value is True else [option, str(value)]
         command += ["--caregiver", *settings.caregivers, "--epsilon", *self.families]
+        more = f"  # and task_kwargs={settings.options}, from Python" if settings.options else ""
         return "\n".join(
-            shlex.join([*command, "--episodes", str(episodes), "--seed", str(seed)]) for seed, episodes in self.seeds
+            shlex.join([*command, "--episodes", str(episodes), "--seed", str(seed)]) + more
+            for seed, episodes in self.seeds
         )
 
     def cells(self, caregiver: str, key: str, digits: int = 1, scale: float = 1.0, against: str = "") -> list[str]:
