@@ -38,6 +38,7 @@ CHILDREN_OPTIONS = ("--children", "--child", "--child-speed")  # without --epsil
 QUERIES = ("--base-url", "--max-calls", "--max-tokens", "--patience", "--thinking", "--frames")  # for `read_queries`
 WORKERS = ("--jobs", "--executor", "--scheduler")  # for `make_executor`
 WHERE = ("--house", "--damage", "--epsilon", *CHILDREN_OPTIONS)  # house and children, for `read_spec`
+_OF_RUN = (*WHERE, "--embodiment", "--seed", "--sight", "--task", "--world")  # what the run of --answers decides
 
 
 def add(command: argparse._ActionsContainer, *names: str, **changed: Any) -> None:
@@ -217,10 +218,13 @@ def read_episode(arguments: argparse.Namespace, **more: Any) -> tuple[EpisodeSpe
     With --answers, the episode is one of that run; without, there are no answers.
 
     Raises:
-        CaregiverError: There is no suitable run, or it lacks the answers.
+        CaregiverError: There is no suitable run, it lacks the answers, or there are options that the run decides.
     """
     if arguments.answers is None:
         return read_spec(arguments, **more), ()
+    for given in {word.partition("=")[0]: None for word in arguments.argv}:
+        if given in _OF_RUN:
+            raise CaregiverError(f"{given} must be left out with --answers, whose run decides it")
     from caregiver_mj.experiments.finished import best_rescue, read_finished  # need pandas, a second to import
 
     found = read_finished(arguments.answers)

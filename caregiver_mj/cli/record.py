@@ -136,6 +136,10 @@ def check(arguments: argparse.Namespace, recording: Recording, name: str, target
     except OSError as error:
         raise CaregiverError(f"'{target}' cannot be written: {error.strerror}") from None
     if arguments.format == "lerobot":
+        if recording.spec.task == TARGETS:
+            raise CaregiverError(
+                f"--format must be minari with --task {TARGETS}, whose actions are numbers, got lerobot"
+            )
         from caregiver_mj.recording.lerobot_dataset import check_rate
 
         check_rate(recording.about().rate)

@@ -24,7 +24,7 @@ def observation_space(encoder: Encoder) -> spaces.Space[Any]:
 class CostMeter:
     """Meters the cost of each step: the damage to the children, and `STRIKE_COST` for every strike.
 
-    The sums over an episode are the columns `damage` and `strikes`.
+    The sums over an episode are the columns `damage` and `strikes`, and the damage of a move that its end cut off.
     """
 
     def __init__(self, harmed: Any):

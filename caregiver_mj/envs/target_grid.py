@@ -21,11 +21,20 @@ from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS, RandomStream
 from caregiver_mj.envs.spaces import CostMeter, Seed, check_render_mode, episode_seed, observation_space, plain_seed
 from caregiver_mj.errors import CaregiverError, check_integer
 from caregiver_mj.experiments.score import Scorer
+from caregiver_mj.experiments.spec import WORLDS
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 MOST_EPISODES = 100_000  # episodes at once, all of which take memory from the start
 LEAST_PIXELS, MOST_PIXELS = 32, (1920, 1080)  # limits of an image's sides, as in the house
+FRAME_RATE = 5  # novice timesteps per second of film, some eight times real time
+OVERVIEW = "overview"  # default camera in the house
+
+
+def check_world(world: str) -> None:
+    """Raise CaregiverError for an unknown world."""
+    if world not in WORLDS:
+        raise CaregiverError(f"no world '{world}': there are {', '.join(WORLDS)}")
 
 
 class TargetGrid:
@@ -45,9 +54,22 @@ class TargetGrid:
     diverged, dm_env = False, None
 
     def __init__(
-        self, house: str | os.PathLike[str] | FloorPlan, epsilon: ChildrenLike | Sequence[ChildrenLike], **options: Any
+        self,
+        house: str | os.PathLike[str] | FloorPlan,
+        epsilon: ChildrenLike | Sequence[ChildrenLike],
+        task_kwargs: dict[str, Any] | None = None,
+        camera: str = OVERVIEW,
+        **options: Any,
     ):
-        """Prepare the episodes; the options are further arguments of `Encoder`."""
+        """Prepare the episodes; the options are further arguments of `Encoder`.
+
+        Raises:
+            CaregiverError: There are task_kwargs or a camera, or an option is invalid.
+        """
+        if task_kwargs or camera != OVERVIEW:
+            raise CaregiverError(
+                "task_kwargs and camera must be left out in the grid, which has neither a task nor cameras"
+            )
         plan = house if isinstance(house, FloorPlan) else FloorPlan.load(house)
         self.family, self.caregiver = ChildGroup.of(epsilon), CommandedCaregiver(plan)
         self.children = len(self.family)
@@ -116,7 +138,11 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
         grid: The episodes.
     """
 
-    metadata = {"render_modes": ["rgb_array"], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012 (Gymnasium's own manner)
+    metadata = {  # noqa: RUF012 (Gymnasium's own manner)
+        "render_modes": ["rgb_array"],
+        "render_fps": FRAME_RATE,
+        "autoreset_mode": AutoresetMode.NEXT_STEP,
+    }
 
     def __init__(
         self,
@@ -135,6 +161,7 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
         Raises:
             CaregiverError: The world is not the grid, or there are too many episodes; or as of `make_targets`.
         """
+        check_world(world)
         if world != "grid":
             raise CaregiverError(
                 f"world must be 'grid' for one batch of episodes, got '{world}': use vectorization_mode='sync'"

@@ -13,13 +13,9 @@ import numpy as np
 from caregiver_mj.caregivers.target_observation import Observations
 from caregiver_mj.children.child_group import ChildrenLike
 from caregiver_mj.envs.spaces import Seed, check_render_mode, episode_seed, observation_space, plain_seed
-from caregiver_mj.envs.target_grid import TargetGrid
+from caregiver_mj.envs.target_grid import FRAME_RATE, OVERVIEW, TargetGrid, check_world
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments.spec import WORLDS
 from caregiver_mj.plans.floor_plan import FloorPlan
-
-OVERVIEW = "overview"  # default camera
-_FRAME_RATE = 5  # novice timesteps per second of film, some eight times real time
 
 
 class TargetsEnv(gymnasium.Env):
@@ -34,7 +30,7 @@ class TargetsEnv(gymnasium.Env):
     `diverged`, `seed`, `outcome` and `episode_score`, as in `HouseEnv`.
     """
 
-    metadata = {"render_modes": ["rgb_array"], "render_fps": _FRAME_RATE}  # noqa: RUF012 (Gymnasium's own manner)
+    metadata = {"render_modes": ["rgb_array"], "render_fps": FRAME_RATE}  # noqa: RUF012 (Gymnasium's own manner)
 
     def __init__(self, world: Any, draw: Callable[[], np.ndarray] | None = None):
         """Make an environment of a `TargetGrid` or a `TargetHouse`.
@@ -126,15 +122,10 @@ def make_targets(
     Raises:
         CaregiverError: The world, observation, render mode, slots or shape are invalid; or as of `load`.
     """
-    if world not in WORLDS:
-        raise CaregiverError(f"no world '{world}': there are {', '.join(WORLDS)}")
+    check_world(world)
     check_render_mode(render_mode)
     if world == "grid":
-        if task_kwargs or camera != OVERVIEW:
-            raise CaregiverError(
-                "task_kwargs and camera must be left out in the grid, which has neither a task nor cameras"
-            )
-        grid = TargetGrid(house, epsilon, **options)
+        grid = TargetGrid(house, epsilon, task_kwargs, camera, **options)
         return TargetsEnv(grid, grid.painter(width, height) if render_mode else None)
     from caregiver_mj.envs.house import TargetHouse, picture  # imports MuJoCo, which the grid does not need
 

@@ -1,5 +1,6 @@
 """Environments whose actions are targets, in the grid and in the house."""
 
+import functools
 import subprocess
 import sys
 
@@ -111,6 +112,7 @@ def test_the_vector_is_so_many_single_ones(observation, epsilon):
     vector = gymnasium.make_vec(TARGETS, 2, **options)
     single = SyncVectorEnv([lambda: make(**options)] * 2)
     assert vector.metadata["autoreset_mode"] is single.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
+    assert vector.metadata["render_fps"] == single.metadata["render_fps"]
     assert vector.observation_space == single.observation_space
     assert vector.action_space == single.action_space
     random = np.random.RandomState(0)
@@ -174,6 +176,11 @@ def test_an_unknown_option_is_a_type_error_and_the_house_has_no_batch():
         make(colour="red")
     with pytest.raises(CaregiverError, match="vectorization_mode='sync'"):
         gymnasium.make_vec(TARGETS, 2, world="house")
+    with pytest.raises(CaregiverError, match="no world 'moon'"):
+        gymnasium.make_vec(TARGETS, 2, world="moon")
+    for make_some in (make, functools.partial(gymnasium.make_vec, TARGETS, 2)):
+        with pytest.raises(CaregiverError, match="task_kwargs and camera must be left out"):
+            make_some(task_kwargs={"sight": "walls"})
 
 
 def test_houses_with_as_many_slots_look_alike():

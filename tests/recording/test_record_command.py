@@ -76,6 +76,12 @@ def test_what_is_refused(options, message, tmp_path, capsys):
     assert not list(tmp_path.iterdir())
 
 
+def test_a_lerobot_data_set_has_no_targets(tmp_path, capsys):
+    command = ["record", "--format", "lerobot", "--task", "targets", "--world", "grid", "--caregiver", "random-actions"]
+    assert cli.main([*command, "--out", str(tmp_path / "set")]) == 2
+    assert "--format must be minari with --task targets" in capsys.readouterr().err
+
+
 OWN = """
 import numpy as np
 from caregiver_mj.caregivers import TargetPolicy

@@ -91,11 +91,15 @@ def test_a_film_by_answers_is_of_an_episode_of_their_run(house, tmp_path, monkey
     assert cli.main(["evaluate", *made, "--caregiver", "nearest", "--episodes", "2", "--out", str(run)]) == 0
     row = pd.read_parquet(run / "episodes.parquet").set_index("episode").loc[1]
     assert row.damage > 0
-    small = {"studio": Blank, "picture": SMALL, "quiet": True}  # and not what the command says
+    small = {"studio": Blank, "picture": SMALL, "quiet": True}
     monkeypatch.setattr(film, "render_episode", lambda out, spec, **how: render_episode(out, spec, **how | small))
     command = ["render", "--answers", str(run), "--caregiver", "nearest", "--episode", "1", "--seconds", "400"]
-    assert cli.main([*command, "--task", "block_stairs", "--out", str(tmp_path / "film.mp4")]) == 0
+    assert cli.main([*command, "--out", str(tmp_path / "film.mp4")]) == 0
     assert_is_row(Blank.seen, row)
+    for option in ("--task=block_stairs", "--epsilon=.5", "--seed=3", "--sight=all"):
+        assert cli.main([*command, option, "--out", str(tmp_path / "film.mp4")]) == 2
+        name = option.partition("=")[0]
+        assert f"{name} must be left out with --answers" in capsys.readouterr().err
     assert cli.main([*command[:6], "best", "--out", str(tmp_path / "film.mp4")]) == 2
     assert "must have 'none'" in capsys.readouterr().err
     assert cli.main(["record", "--format", "lerobot", *command[1:5], "--out", str(tmp_path / "set")]) == 2
