@@ -11,6 +11,7 @@ import types
 
 import api_pages
 import gallery
+import numpy as np
 import paper_figures
 import pytest
 import reproduce
@@ -120,6 +121,20 @@ def test_figures_of_the_results_show_the_tables_as_they_are():
     for file in paper_figures.FIGURES:
         picture = html.unescape((DOCS / file).read_text("utf-8"))
         assert json.dumps(paper_figures.tables(file)) in picture, file
+
+
+@pytest.mark.parametrize(
+    ("cell", "wanted"),
+    [
+        ("0.31 (0.19 to 1.97); 34 % (20 to 50)", [0.31, 0.19, 1.97]),
+        ("0.31 [0.19, ∞]\n3.2 of 10.1", [0.31, 0.19, np.nan]),
+        ("-0.31 (too few episodes for an interval)\n3.2 of 10.1", [-0.31, np.nan, np.nan]),
+        ("0.46 (–); 34 % (20 to 50)", [0.46, np.nan, np.nan]),
+        ("–", [np.nan, np.nan, np.nan]),
+    ],
+)
+def test_figures_read_the_interval_of_a_cell_and_no_other_number(cell, wanted):
+    np.testing.assert_array_equal(paper_figures.estimate(cell), wanted)
 
 
 def test_links_lead_somewhere():

@@ -1,5 +1,6 @@
 """The report: its numbers worked out by hand, and its files."""
 
+import dataclasses
 import itertools
 import json
 import os
@@ -16,7 +17,9 @@ from matplotlib.text import Text
 from test_cli import fails
 
 from caregiver_mj import cli
+from caregiver_mj.caregivers.server import Queries
 from caregiver_mj.viz import figure_style, figures, film, report
+from caregiver_mj.viz.report.run import read_run
 from caregiver_mj.viz.report.tables import children_table
 
 
@@ -80,6 +83,16 @@ def test_tables_stand_beside_the_published_ones(folder, page):
 
 
 @pytest.mark.usefixtures("words_alone")
+def test_the_command_of_a_run_has_all_that_it_was_asked(tmp_path):
+    run = read_run(write_run(tmp_path / "run", "house", caregivers=("none", "paper")))
+    asked = {"queries": Queries(thinking="real-time", frames=True), "task_kwargs": {"compliant_children": True}}
+    remote = dataclasses.replace(run.settings, caregivers=("none", "http://127.0.0.1:9"), **asked)
+    command = dataclasses.replace(run, settings=remote).command()
+    assert " --thinking real-time --frames --caregiver none http://127.0.0.1:9 " in command
+    assert "--patience" not in command
+    assert command.endswith(" --seed 7  # and task_kwargs={'compliant_children': True}, from Python")
+
+
 def test_what_caregivers_saw_is_said_and_the_paper_is_not_cited_where_that_is_not_all(tmp_path, page):
     run = report.read_run(write_run(tmp_path / "walls", sight="walls"))
     assert "--sight walls" in run.command()
