@@ -180,6 +180,30 @@ def test_names_of_a_run_folder_are_only_shown(given, tmp_path, capsys):
     assert "must have at most" in capsys.readouterr().err
 
 
+def test_workers_import_nothing_from_the_working_folder(given, tmp_path, monkeypatch, capsys):
+    (tmp_path / "multiprocessing.py").write_text("import pathlib\npathlib.Path('imported').touch()\n")
+    monkeypatch.chdir(tmp_path)
+    assert not run("verify", given / "a.submission", "--jobs", 2)
+    assert not (tmp_path / "imported").exists()
+
+
+@pytest.mark.parametrize("command", [["render", "--out", "a.mp4"], ["record", "--format", "minari", "--out", "set"]])
+def test_the_answers_of_a_run_take_no_plug_in_from_the_working_folder(given, tmp_path, monkeypatch, capsys, command):
+    folder = shutil.copytree(given / "run", tmp_path / "run")
+    record = json.loads((folder / "run.json").read_text())
+    (folder / "run.json").write_text(json.dumps(record | {"families": ["evil:1"]}))
+    for file in ("episodes.parquet", "maps.parquet"):
+        _table(folder, file, family="evil:1")
+    summary = (folder / "summary.json").read_text()
+    (folder / "summary.json").write_text(summary.replace('"family": "1"', '"family": "evil:1"'))
+    (tmp_path / "evil-1.0.dist-info").mkdir()
+    (tmp_path / "evil-1.0.dist-info" / "METADATA").write_text("Metadata-Version: 2.1\nName: evil\nVersion: 1.0\n")
+    (tmp_path / "evil-1.0.dist-info" / "entry_points.txt").write_text("[caregiver_mj.children]\nevil = evil:Evil\n")
+    monkeypatch.chdir(tmp_path)
+    assert run(*command, "--answers", folder, "--caregiver", "nearest") == 2
+    assert "its child must be one of novice" in capsys.readouterr().err
+
+
 def test_what_is_no_file_does_not_hang(given, tmp_path, capsys):
     os.mkfifo(tmp_path / "pipe.submission")
     (tmp_path / "link.submission").symlink_to("/dev/zero")

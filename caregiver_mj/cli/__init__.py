@@ -96,7 +96,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             if arguments.no_cache:
                 os.environ["CAREGIVER_MJ_CACHE"] = ""  # for worker processes, too
             # Libraries could import modules from a folder with a stranger's run.
-            reads = arguments.command in _READERS and not getattr(arguments, "trust", False)
+            reads = arguments.command in _READERS or getattr(arguments, "answers", None) is not None
+            reads = reads and not getattr(arguments, "trust", False)
             with contextlib.nullcontext() if reads else modules_of_the_folder():
                 arguments.run(arguments)
             if sys.stdout is not None:  # None if closed
