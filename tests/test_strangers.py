@@ -204,6 +204,36 @@ def test_the_answers_of_a_run_take_no_plug_in_from_the_working_folder(given, tmp
     assert "its child must be one of novice" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("name", ["report.html", "tables.md", "figures"])
+def test_a_report_is_not_written_through_a_link(given, tmp_path, capsys, name):
+    folder, outside = shutil.copytree(given / "run", tmp_path / "run"), tmp_path / "outside"
+    if name == "figures":
+        outside.mkdir()
+    else:
+        outside.write_text("mine")
+    (folder / name).symlink_to(outside)
+    assert run("report", folder) == (2 if name == "figures" else 0)
+    assert [*outside.iterdir()] == [] if name == "figures" else outside.read_text() == "mine"
+
+
+@pytest.mark.parametrize("name", ["episodes", ".lock", "exchanges", "exchanges/calls"])
+@pytest.mark.parametrize("make", [lambda there, outside: there.symlink_to(outside), lambda there, _: os.mkfifo(there)])
+def test_a_run_is_not_resumed_through_a_link(given, tmp_path, capsys, name, make):
+    folder, outside = shutil.copytree(given / "run", tmp_path / "run"), tmp_path / "outside"
+    outside.mkdir()
+    there = folder / name
+    if there.is_dir():
+        shutil.rmtree(there)
+    there.unlink(missing_ok=True)
+    there.parent.mkdir(exist_ok=True)
+    make(there, outside)
+    argv = ["evaluate", "--world", "grid", "--house", given / "tiny.txt", "--epsilon", 1, "--episodes", 3]
+    assert run(*argv, "--caregiver", "none", "nearest", "--out", folder, "--resume") == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"'{there}' must be a " in line
+    assert not [*outside.iterdir()]
+
+
 def test_what_is_no_file_does_not_hang(given, tmp_path, capsys):
     os.mkfifo(tmp_path / "pipe.submission")
     (tmp_path / "link.submission").symlink_to("/dev/zero")
