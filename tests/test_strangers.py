@@ -114,7 +114,26 @@ def more_maps(parts):
     parts[NEAREST]["maps"]["0.5"] = parts[NEAREST]["maps"]["1"]
 
 
+def called(**keys):
+    def edit(parts):
+        parts["run.json"] |= keys
+
+    return edit
+
+
+def named_villa(parts):
+    parts["run.json"]["plans"][0]["name"] = "villa"
+
+
+def damage_of_nobody(parts):
+    parts[NEAREST]["rows"][0]["damage_by_child"].append(1.0)
+
+
 FILES = {
+    "a plan named villa": (named_villa, "house 'villa' must be the package's, got another plan"),
+    "a set of another plan": (called(houses="test-1"), "houses 'test-1' must be the package's, got other plans"),
+    "a set of more": (called(houses="test-10"), "houses 'test-10' must be the package's, got other plans"),
+    "damage of a child that there is not": (damage_of_nobody, "must have rows, maps and answers of"),
     "a child is code": (with_family("antigravity:x:1"), "its child must be one of novice"),
     "empty answers of a module": (empty("antigravity:x"), "the answers of 'antigravity:x' must be the text"),
     "empty answers of a server": (empty("http://127.0.0.1:9/steal"), "must be the text of its arrays, got ''"),

@@ -28,7 +28,7 @@ from caregiver_mj.experiments.spec import BARE_TABLES, episode_seed
 from caregiver_mj.experiments.summary import by_house, summarise
 from caregiver_mj.experiments.workers import Executor, LocalExecutor
 from caregiver_mj.plans.floor_plan import check_house
-from caregiver_mj.recording.record import COLUMNS
+from caregiver_mj.recording.record import COLUMNS, names
 
 if TYPE_CHECKING:
     import pandas as pd  # imported where used: workers, and commands that only read a plan, do without
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 _WHICH = ("world", "house", "caregiver", "family", "episode", "seed")
 _TYPES = {column.name: column.type for column in COLUMNS}
 _TEXTS = [name for name, kind in _TYPES.items() if kind == "str"]
+_LISTS = names("child")  # columns with a value for each child
 _LARGEST = 2.0**53  # integers below this are exact in a float: no count reaches it
 
 
@@ -193,6 +194,9 @@ def belongs(settings: Settings, block: Block, result: Result) -> bool:
         if any(row.keys() != _TYPES.keys() for row in result["rows"]) or not all(map(all, rows)):
             return False
         if not all(_fits(values, "list[float]") for values in maps) or result["maps"].keys() != families:
+            return False
+        children = {str(family): len(family) for family in block.families}
+        if any(len(row[name]) != children[row["family"]] for row in result["rows"] for name in _LISTS):
             return False
         if any(of_family.keys() != {*MAPS} for of_family in result["maps"].values()):
             return False
