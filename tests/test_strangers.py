@@ -317,20 +317,72 @@ def _summary(folder, **values):
     file.write_text(json.dumps(json.loads(file.read_text()) | values))
 
 
+def _record(folder, **values):
+    file = folder / "run.json"
+    file.write_text(json.dumps(json.loads(file.read_text()) | values))
+
+
+def _harm(folder, **values):
+    (row,) = json.loads((folder / "summary.json").read_text())["harm"]
+    _summary(folder, harm=[row | values])
+
+
+def _without(folder, column):
+    file = folder / "episodes.parquet"
+    pd.read_parquet(file).drop(columns=column).to_parquet(file)
+
+
+def _rows(folder, which):
+    file = folder / "episodes.parquet"
+    pd.read_parquet(file).iloc[which].to_parquet(file)
+
+
+def _twice(folder):
+    file = folder / "run.json"
+    file.write_text(file.read_text().replace('"seed"', '"seed": 1, "seed"'))
+
+
+def test_verdicts_of_a_comparison_are_those_of_the_rows(given, tmp_path, capsys):
+    folder = shutil.copytree(given / "run", tmp_path / "run")
+    _harm(folder, cells_harmed=1, cells_decidable=1)
+    assert not run("compare", given / "run", folder, "--json")
+    first, second = json.loads(capsys.readouterr().out)["verdicts"]
+    assert first["parts"] == second["parts"]
+
+
+@pytest.mark.parametrize("name", ["a.submission/b.submission", "a" * 300 + ".submission"])
+def test_a_submission_that_cannot_be_written_is_told_in_a_line(given, tmp_path, capsys, name):
+    (tmp_path / "a.submission").touch()
+    assert run("submit", given / "run", "--out", tmp_path / name) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "cannot be written: " in line
+
+
 @pytest.mark.parametrize(
     ("change", "file"),
     [
         (lambda folder: _table(folder, "maps.parquet", family=7), "maps.parquet"),
         (lambda folder: _table(folder, "episodes.parquet", children="\x1b[31m"), "episodes.parquet"),
         (lambda folder: _summary(folder, versions="none"), "versions must be"),
+        (lambda folder: _record(folder, versions=5), "versions in run.json must be"),
+        (lambda folder: _record(folder, code=5), "code in run.json must be"),
+        (lambda folder: _harm(folder, cells=None), "cells of a summary must be a number"),
+        (lambda folder: _table(folder, "episodes.parquet", damage=np.inf), "column 'damage' must have"),
+        (lambda folder: _table(folder, "episodes.parquet", stopped=0.5), "column 'stopped' must have whole numbers"),
+        (lambda folder: _table(folder, "episodes.parquet", sight=1.0), "column 'sight' must have texts"),
+        (lambda folder: _table(folder, "episodes.parquet", toys_by_child=1.0), "column 'toys_by_child' must have"),
+        (lambda folder: _without(folder, "toys_reached"), "must have a column 'toys_reached'"),
+        (lambda folder: _table(folder, "episodes.parquet", seed=7), "episodes.parquet is that of another run"),
+        (lambda folder: _rows(folder, [0, 0, 2, 3]), "episodes.parquet is that of another run"),
+        (lambda folder: _twice(folder), "each of its keys must be there once, got 'seed' twice"),
     ],
-    ids=["a number for a name", "a name for a number", "no versions"],
 )
-@pytest.mark.parametrize("reader", ["report", "pool"])
+@pytest.mark.parametrize("reader", ["report", "pool", "compare"])
 def test_what_is_of_another_type_is_refused(given, tmp_path, capsys, reader, change, file):
     shutil.copytree(given / "run", tmp_path / "run")
     change(tmp_path / "run")
-    rest = () if reader == "report" else (given / "other", "--out", tmp_path / "out")
+    more = {"report": (), "pool": (given / "other", "--out", tmp_path / "out"), "compare": (given / "run",)}
+    rest = more[reader]
     assert run(reader, tmp_path / "run", *rest) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert f"the run in '{tmp_path / 'run'}' cannot be read: " in line

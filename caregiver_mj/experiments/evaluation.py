@@ -38,7 +38,7 @@ _WHICH = ("world", "house", "caregiver", "family", "episode", "seed")
 _TYPES = {column.name: column.type for column in COLUMNS}
 _TEXTS = [name for name, kind in _TYPES.items() if kind == "str"]
 _LISTS = names("child")  # columns with a value for each child
-_LARGEST = 2.0**53  # integers below this are exact in a float: no count reaches it
+LARGEST = 2.0**53  # integers below this are exact in a float: no count reaches it
 
 
 @dataclasses.dataclass(frozen=True)
@@ -218,7 +218,7 @@ def _fits(value: Any, kind: str) -> bool:
     if kind == "list[float]":
         return isinstance(value, list) and all(_fits(one, "float") for one in value)
     kinds = (int, float) if kind == "float" else (int,)
-    return isinstance(value, kinds) and not isinstance(value, bool) and 0 <= value < _LARGEST
+    return isinstance(value, kinds) and not isinstance(value, bool) and 0 <= value < LARGEST
 
 
 def merge(settings: Settings, blocks: Sequence[Tables]) -> Tables:

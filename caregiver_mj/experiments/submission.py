@@ -120,7 +120,10 @@ def submit(run: str | os.PathLike[str], path: str | os.PathLike[str], card: Mapp
             _check_size(packed, content.tell())
         except ValueError as error:
             raise CaregiverError(f"the run in '{run}' is too large for one file: {error}") from None
-    write_whole(path, content.getvalue())
+    try:
+        write_whole(path, content.getvalue())
+    except OSError as error:  # of a folder that is a file, or of a name that is too long
+        raise CaregiverError(f"'{plain(path)}' cannot be written: {error.strerror}") from None
     return found.settings
 
 
