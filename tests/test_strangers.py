@@ -317,6 +317,23 @@ def _summary(folder, **values):
     file.write_text(json.dumps(json.loads(file.read_text()) | values))
 
 
+def test_runs_of_different_columns_are_not_pooled(given, tmp_path, capsys):
+    _without(shutil.copytree(given / "run", tmp_path / "run"), "damage_gate")
+    assert run("pool", tmp_path / "run", given / "other", "--out", tmp_path / "out") == 2
+    assert "must have the same columns, got 'damage_gate' in one" in capsys.readouterr().err
+
+
+def test_a_part_of_an_options_name_is_none(capsys):
+    assert run("house", "make", "--see", 3) == 2
+    assert "--see" in capsys.readouterr().err
+
+
+def test_figures_take_no_style_from_the_working_folder(tmp_path):
+    (tmp_path / "matplotlibrc").write_text("text.usetex: true\n")
+    script = "from caregiver_mj.viz import figure_style; assert not figure_style.mpl.rcParams['text.usetex']"
+    subprocess.run([sys.executable, "-c", script], cwd=tmp_path, check=True, timeout=100)
+
+
 def _record(folder, **values):
     file = folder / "run.json"
     file.write_text(json.dumps(json.loads(file.read_text()) | values))

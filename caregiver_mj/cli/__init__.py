@@ -65,7 +65,8 @@ class Parser(argparse.ArgumentParser):
     """A parser that raises CaregiverError with one line."""
 
     def __init__(self, **options: Any):
-        super().__init__(**{"formatter_class": HelpFormatter} | options)
+        # Without abbreviations, because --see would be --seed.
+        super().__init__(**{"formatter_class": HelpFormatter, "allow_abbrev": False} | options)
 
     def error(self, message: str) -> NoReturn:
         command = self.prog.removeprefix(PROGRAM).strip()

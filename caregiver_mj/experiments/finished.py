@@ -45,7 +45,7 @@ _HOLDS = {  # what columns of a type hold
 _OF_MAPS = ("world", "house", "caregiver", "family", "epsilon", "row", "column", "visits", "damage")
 _NEEDED = (  # columns of all versions
     *("world", "house", "caregiver", "family", "epsilon", "episode", "seed"),
-    *("damage", "timesteps_to_threshold", "cells_visited", "toys_reached"),
+    *("damage", "stopped", "timesteps_to_threshold", "cells_visited", "toys_reached", "moves_blocked"),
 )
 # Keys that may differ between pooled runs, or follow from others.
 _EACH = ("seed", "episodes", "extended_at", "pooled", "file", "epsilons")
@@ -350,6 +350,11 @@ def pool_runs(runs: Sequence[Finished], out: str | os.PathLike[str]) -> dict[str
             raise CaregiverError(
                 f"runs to be pooled must differ in their seeds alone, got '{first.path}' and '{other.path}': "
                 + "; ".join(describe_differences(keys, *both, ("in the first", "in the second")))
+            )
+        if other_columns := {*first.episodes} ^ {*other.episodes}:
+            raise CaregiverError(
+                f"runs to be pooled must have the same columns, got '{min(other_columns)}' in one only of "
+                f"'{first.path}' and '{other.path}'"
             )
     runs = sorted(runs, key=lambda run: run.seeds)  # bootstrap intervals depend on the order
     seeds = [pair for run in runs for pair in run.seeds]
