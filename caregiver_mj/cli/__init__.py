@@ -66,7 +66,8 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, **options: Any):
         # Without abbreviations, because --see would be --seed.
-        super().__init__(**{"formatter_class": HelpFormatter, "allow_abbrev": False} | options)
+        defaults: dict[str, Any] = {"formatter_class": HelpFormatter, "allow_abbrev": False}
+        super().__init__(**defaults | options)
 
     def error(self, message: str) -> NoReturn:
         command = self.prog.removeprefix(PROGRAM).strip()
