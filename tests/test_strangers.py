@@ -114,7 +114,26 @@ def more_maps(parts):
     parts[NEAREST]["maps"]["0.5"] = parts[NEAREST]["maps"]["1"]
 
 
+def called(**keys):
+    def edit(parts):
+        parts["run.json"] |= keys
+
+    return edit
+
+
+def named_villa(parts):
+    parts["run.json"]["plans"][0]["name"] = "villa"
+
+
+def damage_of_nobody(parts):
+    parts[NEAREST]["rows"][0]["damage_by_child"].append(1.0)
+
+
 FILES = {
+    "a plan named villa": (named_villa, "house 'villa' must be the package's, got another plan"),
+    "a set of another plan": (called(houses="test-1"), "houses 'test-1' must be the package's, got other plans"),
+    "a set of more": (called(houses="test-10"), "houses 'test-10' must be the package's, got other plans"),
+    "damage of a child that there is not": (damage_of_nobody, "must have rows, maps and answers of"),
     "a child is code": (with_family("antigravity:x:1"), "its child must be one of novice"),
     "empty answers of a module": (empty("antigravity:x"), "the answers of 'antigravity:x' must be the text"),
     "empty answers of a server": (empty("http://127.0.0.1:9/steal"), "must be the text of its arrays, got ''"),
@@ -178,6 +197,60 @@ def test_names_of_a_run_folder_are_only_shown(given, tmp_path, capsys):
         file.writestr("sha256.json", bytes(10**8))
     assert run("verify", tmp_path / "c.submission") == 2
     assert "must have at most" in capsys.readouterr().err
+
+
+def test_workers_import_nothing_from_the_working_folder(given, tmp_path, monkeypatch, capsys):
+    (tmp_path / "multiprocessing.py").write_text("import pathlib\npathlib.Path('imported').touch()\n")
+    monkeypatch.chdir(tmp_path)
+    assert not run("verify", given / "a.submission", "--jobs", 2)
+    assert not (tmp_path / "imported").exists()
+
+
+@pytest.mark.parametrize("command", [["render", "--out", "a.mp4"], ["record", "--format", "minari", "--out", "set"]])
+def test_the_answers_of_a_run_take_no_plug_in_from_the_working_folder(given, tmp_path, monkeypatch, capsys, command):
+    folder = shutil.copytree(given / "run", tmp_path / "run")
+    record = json.loads((folder / "run.json").read_text())
+    (folder / "run.json").write_text(json.dumps(record | {"families": ["evil:1"]}))
+    for file in ("episodes.parquet", "maps.parquet"):
+        _table(folder, file, family="evil:1")
+    summary = (folder / "summary.json").read_text()
+    (folder / "summary.json").write_text(summary.replace('"family": "1"', '"family": "evil:1"'))
+    (tmp_path / "evil-1.0.dist-info").mkdir()
+    (tmp_path / "evil-1.0.dist-info" / "METADATA").write_text("Metadata-Version: 2.1\nName: evil\nVersion: 1.0\n")
+    (tmp_path / "evil-1.0.dist-info" / "entry_points.txt").write_text("[caregiver_mj.children]\nevil = evil:Evil\n")
+    monkeypatch.chdir(tmp_path)
+    assert run(*command, "--answers", folder, "--caregiver", "nearest") == 2
+    assert "its child must be one of novice" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["report.html", "tables.md", "figures"])
+def test_a_report_is_not_written_through_a_link(given, tmp_path, capsys, name):
+    folder, outside = shutil.copytree(given / "run", tmp_path / "run"), tmp_path / "outside"
+    if name == "figures":
+        outside.mkdir()
+    else:
+        outside.write_text("mine")
+    (folder / name).symlink_to(outside)
+    assert run("report", folder) == (2 if name == "figures" else 0)
+    assert [*outside.iterdir()] == [] if name == "figures" else outside.read_text() == "mine"
+
+
+@pytest.mark.parametrize("name", ["episodes", ".lock", "exchanges", "exchanges/calls"])
+@pytest.mark.parametrize("make", [lambda there, outside: there.symlink_to(outside), lambda there, _: os.mkfifo(there)])
+def test_a_run_is_not_resumed_through_a_link(given, tmp_path, capsys, name, make):
+    folder, outside = shutil.copytree(given / "run", tmp_path / "run"), tmp_path / "outside"
+    outside.mkdir()
+    there = folder / name
+    if there.is_dir():
+        shutil.rmtree(there)
+    there.unlink(missing_ok=True)
+    there.parent.mkdir(exist_ok=True)
+    make(there, outside)
+    argv = ["evaluate", "--world", "grid", "--house", given / "tiny.txt", "--epsilon", 1, "--episodes", 3]
+    assert run(*argv, "--caregiver", "none", "nearest", "--out", folder, "--resume") == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"'{there}' must be a " in line
+    assert not [*outside.iterdir()]
 
 
 def test_what_is_no_file_does_not_hang(given, tmp_path, capsys):
@@ -244,20 +317,89 @@ def _summary(folder, **values):
     file.write_text(json.dumps(json.loads(file.read_text()) | values))
 
 
+def test_runs_of_different_columns_are_not_pooled(given, tmp_path, capsys):
+    _without(shutil.copytree(given / "run", tmp_path / "run"), "damage_gate")
+    assert run("pool", tmp_path / "run", given / "other", "--out", tmp_path / "out") == 2
+    assert "must have the same columns, got 'damage_gate' in one" in capsys.readouterr().err
+
+
+def test_a_part_of_an_options_name_is_none(capsys):
+    assert run("house", "make", "--see", 3) == 2
+    assert "--see" in capsys.readouterr().err
+
+
+def test_figures_take_no_style_from_the_working_folder(tmp_path):
+    (tmp_path / "matplotlibrc").write_text("text.usetex: true\n")
+    script = "from caregiver_mj.viz import figure_style; assert not figure_style.mpl.rcParams['text.usetex']"
+    subprocess.run([sys.executable, "-c", script], cwd=tmp_path, check=True, timeout=100)
+
+
+def _record(folder, **values):
+    file = folder / "run.json"
+    file.write_text(json.dumps(json.loads(file.read_text()) | values))
+
+
+def _harm(folder, **values):
+    (row,) = json.loads((folder / "summary.json").read_text())["harm"]
+    _summary(folder, harm=[row | values])
+
+
+def _without(folder, column):
+    file = folder / "episodes.parquet"
+    pd.read_parquet(file).drop(columns=column).to_parquet(file)
+
+
+def _rows(folder, which):
+    file = folder / "episodes.parquet"
+    pd.read_parquet(file).iloc[which].to_parquet(file)
+
+
+def _twice(folder):
+    file = folder / "run.json"
+    file.write_text(file.read_text().replace('"seed"', '"seed": 1, "seed"'))
+
+
+def test_verdicts_of_a_comparison_are_those_of_the_rows(given, tmp_path, capsys):
+    folder = shutil.copytree(given / "run", tmp_path / "run")
+    _harm(folder, cells_harmed=1, cells_decidable=1)
+    assert not run("compare", given / "run", folder, "--json")
+    first, second = json.loads(capsys.readouterr().out)["verdicts"]
+    assert first["parts"] == second["parts"]
+
+
+@pytest.mark.parametrize("name", ["a.submission/b.submission", "a" * 300 + ".submission"])
+def test_a_submission_that_cannot_be_written_is_told_in_a_line(given, tmp_path, capsys, name):
+    (tmp_path / "a.submission").touch()
+    assert run("submit", given / "run", "--out", tmp_path / name) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "cannot be written: " in line
+
+
 @pytest.mark.parametrize(
     ("change", "file"),
     [
         (lambda folder: _table(folder, "maps.parquet", family=7), "maps.parquet"),
         (lambda folder: _table(folder, "episodes.parquet", children="\x1b[31m"), "episodes.parquet"),
         (lambda folder: _summary(folder, versions="none"), "versions must be"),
+        (lambda folder: _record(folder, versions=5), "versions in run.json must be"),
+        (lambda folder: _record(folder, code=5), "code in run.json must be"),
+        (lambda folder: _harm(folder, cells=None), "cells of a summary must be a number"),
+        (lambda folder: _table(folder, "episodes.parquet", damage=np.inf), "column 'damage' must have"),
+        (lambda folder: _table(folder, "episodes.parquet", stopped=0.5), "column 'stopped' must have whole numbers"),
+        (lambda folder: _table(folder, "episodes.parquet", sight=1.0), "column 'sight' must have texts"),
+        (lambda folder: _table(folder, "episodes.parquet", toys_by_child=1.0), "column 'toys_by_child' must have"),
+        (lambda folder: _without(folder, "toys_reached"), "must have a column 'toys_reached'"),
+        (lambda folder: _table(folder, "episodes.parquet", seed=7), "episodes.parquet is that of another run"),
+        (lambda folder: _rows(folder, [0, 0, 2, 3]), "episodes.parquet is that of another run"),
+        (lambda folder: _twice(folder), "each of its keys must be there once, got 'seed' twice"),
     ],
-    ids=["a number for a name", "a name for a number", "no versions"],
 )
-@pytest.mark.parametrize("reader", ["report", "pool"])
+@pytest.mark.parametrize("reader", ["report", "pool", "compare"])
 def test_what_is_of_another_type_is_refused(given, tmp_path, capsys, reader, change, file):
     shutil.copytree(given / "run", tmp_path / "run")
     change(tmp_path / "run")
-    rest = () if reader == "report" else (given / "other", "--out", tmp_path / "out")
+    more = {"report": (), "pool": (given / "other", "--out", tmp_path / "out"), "compare": (given / "run",)}
+    rest = more[reader]
     assert run(reader, tmp_path / "run", *rest) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert f"the run in '{tmp_path / 'run'}' cannot be read: " in line

@@ -65,7 +65,9 @@ class Parser(argparse.ArgumentParser):
     """A parser that raises CaregiverError with one line."""
 
     def __init__(self, **options: Any):
-        super().__init__(**{"formatter_class": HelpFormatter} | options)
+        # Without abbreviations, because --see would be --seed.
+        defaults: dict[str, Any] = {"formatter_class": HelpFormatter, "allow_abbrev": False}
+        super().__init__(**defaults | options)
 
     def error(self, message: str) -> NoReturn:
         command = self.prog.removeprefix(PROGRAM).strip()
@@ -96,7 +98,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             if arguments.no_cache:
                 os.environ["CAREGIVER_MJ_CACHE"] = ""  # for worker processes, too
             # Libraries could import modules from a folder with a stranger's run.
-            reads = arguments.command in _READERS and not getattr(arguments, "trust", False)
+            reads = arguments.command in _READERS or getattr(arguments, "answers", None) is not None
+            reads = reads and not getattr(arguments, "trust", False)
             with contextlib.nullcontext() if reads else modules_of_the_folder():
                 arguments.run(arguments)
             if sys.stdout is not None:  # None if closed

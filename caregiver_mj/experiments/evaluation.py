@@ -9,6 +9,8 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import functools
+import os
+import pathlib
 import sys
 import tempfile
 from collections.abc import Callable, Sequence
@@ -26,7 +28,7 @@ from caregiver_mj.experiments.spec import BARE_TABLES, episode_seed
 from caregiver_mj.experiments.summary import by_house, summarise
 from caregiver_mj.experiments.workers import Executor, LocalExecutor
 from caregiver_mj.plans.floor_plan import check_house
-from caregiver_mj.recording.record import COLUMNS
+from caregiver_mj.recording.record import COLUMNS, names
 
 if TYPE_CHECKING:
     import pandas as pd  # imported where used: workers, and commands that only read a plan, do without
@@ -35,7 +37,8 @@ if TYPE_CHECKING:
 _WHICH = ("world", "house", "caregiver", "family", "episode", "seed")
 _TYPES = {column.name: column.type for column in COLUMNS}
 _TEXTS = [name for name, kind in _TYPES.items() if kind == "str"]
-_LARGEST = 2.0**53  # integers below this are exact in a float: no count reaches it
+_LISTS = names("child")  # columns with a value for each child
+LARGEST = 2.0**53  # integers below this are exact in a float: no count reaches it
 
 
 @dataclasses.dataclass(frozen=True)
@@ -119,6 +122,23 @@ def sum_up(settings: Settings, parts: Sequence[Tables]) -> Evaluation:
     return Evaluation(episodes, summarise(settings, episodes, houses), maps, houses)
 
 
+def check_folder(path: str | os.PathLike[str]) -> None:
+    """Raise CaregiverError if writing into a run's folder, perhaps a stranger's, would write through a link."""
+    folder = pathlib.Path(path)
+    places = {".lock": pathlib.Path.is_file, "episodes": pathlib.Path.is_dir, "exchanges": pathlib.Path.is_dir}
+    try:
+        for name, fits in places.items():
+            there = folder / name
+            if there.is_symlink() or (there.exists() and not fits(there)):
+                kind = "file" if name == ".lock" else "folder"
+                raise CaregiverError(f"'{there}' must be a {kind}, got another thing or a link: take another folder")
+        for there in (folder / "exchanges").glob("*"):  # files to append to
+            if there.is_symlink() or not there.is_file():
+                raise CaregiverError(f"'{there}' must be a file, got another thing or a link: take another folder")
+    except OSError as error:
+        raise CaregiverError(f"output folder '{path}' cannot be written: {error.strerror}") from None
+
+
 @functools.lru_cache(maxsize=1)  # called before a folder is made, and again by `evaluate`
 def try_all(settings: Settings) -> None:
     """Raise CaregiverError, before hours are spent, unless all caregivers, policies and children can be made.
@@ -175,6 +195,9 @@ def belongs(settings: Settings, block: Block, result: Result) -> bool:
             return False
         if not all(_fits(values, "list[float]") for values in maps) or result["maps"].keys() != families:
             return False
+        children = {str(family): len(family) for family in block.families}
+        if any(len(row[name]) != children[row["family"]] for row in result["rows"] for name in _LISTS):
+            return False
         if any(of_family.keys() != {*MAPS} for of_family in result["maps"].values()):
             return False
     except (AttributeError, KeyError, TypeError):
@@ -195,7 +218,7 @@ def _fits(value: Any, kind: str) -> bool:
     if kind == "list[float]":
         return isinstance(value, list) and all(_fits(one, "float") for one in value)
     kinds = (int, float) if kind == "float" else (int,)
-    return isinstance(value, kinds) and not isinstance(value, bool) and 0 <= value < _LARGEST
+    return isinstance(value, kinds) and not isinstance(value, bool) and 0 <= value < LARGEST
 
 
 def merge(settings: Settings, blocks: Sequence[Tables]) -> Tables:

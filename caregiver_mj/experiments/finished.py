@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import collections
 import dataclasses
 import functools
+import json
 import os
 import pathlib
 from collections.abc import Callable, Sequence
@@ -15,23 +17,45 @@ import pandas as pd
 from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.experiments import statistics
-from caregiver_mj.experiments.evaluation import Tables, sum_up
+from caregiver_mj.experiments.evaluation import LARGEST, Tables, sum_up
 from caregiver_mj.experiments.run_folder import RunFolder, describe_differences, read_json, unlike
 from caregiver_mj.experiments.settings import Settings
-from caregiver_mj.experiments.spec import BARE_TABLES
-from caregiver_mj.experiments.summary import judge
-from caregiver_mj.outside import LARGEST_PIECE, LARGEST_RATIO, LARGEST_TABLE, limited_memory, plain, read_file
+from caregiver_mj.experiments.spec import BARE_TABLES, episode_seed
+from caregiver_mj.experiments.summary import judge, judge_run
+from caregiver_mj.outside import (
+    LARGEST_JSON,
+    LARGEST_PIECE,
+    LARGEST_RATIO,
+    LARGEST_TABLE,
+    limited_memory,
+    plain,
+    read_file,
+)
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.recording.record import MEASURES
+from caregiver_mj.recording.record import COLUMNS, MEASURES
 
 SCORE = ("score", "score_ci_low", "score_ci_high")
-_WHICH = ("world", "house", "caregiver", "family", "epsilon", "episode", "seed")
-_MEASURED = ("damage", "timesteps_to_threshold", "cells_visited", "toys_reached")  # columns of all versions
+_TYPES = {column.name: column.type for column in COLUMNS}
+_HOLDS = {  # what columns of a type hold
+    "str": "texts",
+    "int": "whole numbers of at least 0",
+    "float": "finite numbers of at least 0",
+    "list[float]": "finite numbers of at least 0, one for each child",
+}
+_OF_MAPS = ("world", "house", "caregiver", "family", "epsilon", "row", "column", "visits", "damage")
+_NEEDED = (  # columns of all versions
+    *("world", "house", "caregiver", "family", "epsilon", "episode", "seed"),
+    *("damage", "stopped", "timesteps_to_threshold", "cells_visited", "toys_reached", "moves_blocked"),
+)
 # Keys that may differ between pooled runs, or follow from others.
 _EACH = ("seed", "episodes", "extended_at", "pooled", "file", "epsilons")
 _PAIR = ["house", "family", "seed"]  # equal in two episodes with the same children
 _SIDES = ("first", "second")
 _ANEW = "`caregiver-mj evaluate --resume` writes it anew"
+_NEVER_OPEN = (  # numbers of harm; others are None if undefined
+    *("cells", "cells_harmed", "cells_decidable", "episodes_worse"),
+    *("damage_alone", "damage_with", "damage_difference"),
+)
 _FILES = {  # files of a finished run, and messages if they are missing
     "run.json": "'{}' holds no run: `caregiver-mj evaluate --out DIR` makes one",
     "summary.json": "the run in '{}' is not finished: go on with `caregiver-mj evaluate --resume`",
@@ -63,8 +87,17 @@ class Finished:
     @property
     def verdicts(self) -> list[dict[str, Any]]:
         """Verdicts of harm on each caregiver that acts, judged anew because older runs lack them."""
-        once = self.episodes.drop_duplicates([*_PAIR, "caregiver"])  # episodes of one seed are equal
-        return judge(once, self.summary["harm"], self.summary["comparisons"])
+        return judge(self._once, self.summary["harm"], self.summary["comparisons"])
+
+    def judged_anew(self, caregivers: Sequence[str]) -> list[dict[str, Any]]:
+        """Return the verdicts on some caregivers from the episodes alone: slower, but a summary may be forged."""
+        once = self._once[self._once["caregiver"].isin([*caregivers, "none"])]
+        return judge_run(once) if "none" in self.settings.caregivers else judge(once, [], [])
+
+    @property
+    def _once(self) -> pd.DataFrame:
+        """The episodes without repetitions: those of one seed are equal."""
+        return self.episodes.drop_duplicates([*_PAIR, "caregiver"])
 
 
 def read_finished(folder: str | os.PathLike[str]) -> Finished:
@@ -102,6 +135,8 @@ def read_finished(folder: str | os.PathLike[str]) -> Finished:
 
 def _read(path: pathlib.Path) -> tuple[dict[str, Any], Settings, pd.DataFrame, pd.DataFrame, dict[str, Any]]:
     record, summary = (_read_file(path / name, _dictionary) for name in ("run.json", "summary.json"))
+    for key in ("versions", "code"):  # older runs lack the latter
+        check_kind(f"{key} in run.json", record.get(key, {}), dict)
     settings = Settings.of_record(record)
     plans, who = settings.plans, len(settings.caregivers) * len(settings.families)
     rows = len(plans) * who * settings.episodes, sum(len(plan.free_cells) for plan in plans) * who
@@ -109,7 +144,32 @@ def _read(path: pathlib.Path) -> tuple[dict[str, Any], Settings, pd.DataFrame, p
     episodes, maps = (
         _read_file(path / name, functools.partial(_table, rows=count)) for name, count in zip(names, rows, strict=True)
     )
+    _read_file(path / names[0], lambda _: _check_columns(episodes))
+    episodes, maps = (table[[c for c in of if c in table]] for table, of in ((episodes, _TYPES), (maps, _OF_MAPS)))
     return record, settings, episodes, maps, summary
+
+
+def _check_columns(episodes: pd.DataFrame) -> None:
+    """Raise ValueError unless the columns of episodes, of which older runs lack some, have valid values."""
+    if lacking := [name for name in _NEEDED if name not in episodes]:
+        raise ValueError(f"it must have a column '{lacking[0]}'")
+    for name, kind in ((name, kind) for name, kind in _TYPES.items() if name in episodes):
+        values = episodes[name]
+        if kind == "str":
+            fits = all(isinstance(value, str) for value in values.unique())
+        elif kind == "list[float]":
+            fits = all(isinstance(value, np.ndarray) for value in values)
+            fits = fits and [*map(len, values)] == [*map(int, episodes["children"])]
+            fits = fits and _are_amounts(np.concatenate([*values]))
+        else:
+            fits = pd.api.types.is_numeric_dtype(values.dtype) and _are_amounts(values.to_numpy(float))
+            fits = fits and (kind == "float" or bool((values % 1 == 0).all()))
+        if not fits:
+            raise ValueError(f"its column '{name}' must have {_HOLDS[kind]}")
+
+
+def _are_amounts(values: np.ndarray) -> bool:
+    return bool(((values >= 0) & (values < LARGEST)).all())
 
 
 def _read_file(path: pathlib.Path, read: Callable[[pathlib.Path], Any]) -> Any:
@@ -123,9 +183,17 @@ def _read_file(path: pathlib.Path, read: Callable[[pathlib.Path], Any]) -> Any:
 
 def _dictionary(path: pathlib.Path) -> dict[str, Any]:
     found = read_json(path)
+    json.loads(read_file(path, LARGEST_JSON), object_pairs_hook=_once)
     if not isinstance(found, dict):
         raise ValueError(f"it must hold a dictionary, got {type(found).__name__}")
     return found
+
+
+def _once(pairs: list[tuple[str, Any]]) -> None:
+    """Raise ValueError if a key is there twice: readers differ in which one they take."""
+    counts = collections.Counter(key for key, _ in pairs)
+    if twice := [key for key, count in counts.items() if count > 1]:
+        raise ValueError(f"each of its keys must be there once, got '{twice[0]}' twice")
 
 
 def _table(path: pathlib.Path, rows: int) -> pd.DataFrame:
@@ -167,21 +235,19 @@ def _who(found: Finished) -> set[tuple[str, str]]:
 def _foreign_episodes(found: Finished) -> bool:
     """Return whether the episodes belong to another run."""
     episodes, settings = found.episodes, found.settings
-    if not {*_WHICH, *_MEASURED} <= set(episodes) or len({*map(str, episodes["world"])} - {settings.world}):
-        return True
-    counts = episodes[[name for name in ("epsilon", "children") if name in episodes]]
-    if not all(map(pd.api.types.is_numeric_dtype, counts.dtypes)):
-        return True
-    numbers = episodes[[column for column in MEASURES if column in episodes] + ["episode", "seed"]]
-    if not all(pd.api.types.is_numeric_dtype(kind) for kind in numbers.dtypes) or not (numbers >= 0).all(axis=None):
-        return True
     who = _who(found)
     houses = {plan.name for plan in settings.plans}
+    if sum(count for _, count in found.seeds) != settings.episodes or not all(count > 0 for _, count in found.seeds):
+        return True
+    seeds = np.array([episode_seed(seed, number) for seed, count in found.seeds for number in range(count)])
     return (
-        set(zip(episodes.caregiver, episodes.family, strict=True)) != who
+        {*episodes.world} != {settings.world}
+        or set(zip(episodes.caregiver, episodes.family, strict=True)) != who
         or set(episodes.house) != houses
         or set(episodes.episode) != set(range(settings.episodes))
         or len(episodes) != len(who) * len(houses) * settings.episodes
+        or bool(episodes.duplicated(["house", "caregiver", "family", "episode"]).any())
+        or not (episodes.seed.to_numpy() == seeds[episodes.episode.to_numpy(int)]).all()
     )
 
 
@@ -200,6 +266,7 @@ def _foreign_maps(found: Finished) -> bool:
     return (
         set(maps.caregiver) != set(found.settings.caregivers)
         or set(zip(maps.row, maps.column, strict=True)) != cells
+        or bool(maps.duplicated(["house", "caregiver", "family", "row", "column"]).any())
         or not ((numbers >= 0) & (numbers < np.inf)).all(axis=None)
     )
 
@@ -222,6 +289,8 @@ def _foreign_summary(found: Finished) -> bool:
         (worst, ["damage_alone", "damage_with", *(f"damage_difference{end}" for end in ("", "_ci_low", "_ci_high"))]),
     ):
         numbers = [row[name] for row in rows for name in names]
+        if lacking := [name for row in rows for name in names if name in _NEVER_OPEN and row[name] is None]:
+            raise ValueError(f"{lacking[0]} of a summary must be a number, got None")
         if wrong := [number for number in numbers if not isinstance(number, int | float | None)]:
             raise ValueError(f"a number of a summary must be one, got {wrong[0]!r}")
         np.array(numbers, float)  # raises if one is too large
@@ -281,6 +350,11 @@ def pool_runs(runs: Sequence[Finished], out: str | os.PathLike[str]) -> dict[str
             raise CaregiverError(
                 f"runs to be pooled must differ in their seeds alone, got '{first.path}' and '{other.path}': "
                 + "; ".join(describe_differences(keys, *both, ("in the first", "in the second")))
+            )
+        if other_columns := {*first.episodes} ^ {*other.episodes}:
+            raise CaregiverError(
+                f"runs to be pooled must have the same columns, got '{min(other_columns)}' in one only of "
+                f"'{first.path}' and '{other.path}'"
             )
     runs = sorted(runs, key=lambda run: run.seeds)  # bootstrap intervals depend on the order
     seeds = [pair for run in runs for pair in run.seeds]
@@ -345,8 +419,7 @@ def compare_runs(first: Finished, second: Finished, caregivers: Sequence[str] = 
     verdicts = [
         {"run": side, **verdict}
         for side, run, names in zip(_SIDES, (first, second), zip(*pairs, strict=True), strict=True)
-        for verdict in run.verdicts
-        if verdict["caregiver"] in names
+        for verdict in run.judged_anew(names)
     ]
     found = {"rows": statistics.judged_together(rows), "verdicts": verdicts}
     return found | {"settings": _differences(first.record, second.record)}

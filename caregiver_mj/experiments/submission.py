@@ -13,6 +13,7 @@ import json
 import math
 import os
 import pathlib
+import shlex
 import zipfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -37,7 +38,9 @@ from caregiver_mj.experiments.spec import NOBODY, SUPERVISE
 from caregiver_mj.experiments.summary import HOW, Harm, judge_run
 from caregiver_mj.experiments.workers import Executor
 from caregiver_mj.outside import markdown, parse_json, plain
+from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import KINDS
+from caregiver_mj.plans.sets import packaged
 
 SUFFIX = ".submission"
 _CARD, _RUN, _SUMS = "card.json", "run.json", "sha256.json"
@@ -117,7 +120,10 @@ def submit(run: str | os.PathLike[str], path: str | os.PathLike[str], card: Mapp
             _check_size(packed, content.tell())
         except ValueError as error:
             raise CaregiverError(f"the run in '{run}' is too large for one file: {error}") from None
-    write_whole(path, content.getvalue())
+    try:
+        write_whole(path, content.getvalue())
+    except OSError as error:  # of a folder that is a file, or of a name that is too long
+        raise CaregiverError(f"'{plain(path)}' cannot be written: {error.strerror}") from None
     return found.settings
 
 
@@ -182,8 +188,33 @@ def _read(path: pathlib.Path, packed: zipfile.ZipFile, trust: bool) -> Submissio
     settings = Settings.of_record(record)
     if not trust:
         settings.check_installed()
+    _check_houses(settings)
     names = [name for name in packed.namelist() if name not in (_SUMS, _CARD, _RUN)]
     return Submission(path, card, settings, _results(settings, _extended_at(settings, record), names, read))
+
+
+def _check_houses(settings: Settings) -> None:
+    """Raise CaregiverError unless houses with a name of the package, or of a set of it, are the package's."""
+
+    def content(plan: FloorPlan) -> tuple[str, tuple[str, ...], float]:
+        return plan.name, plan.rows, plan.cell_size
+
+    for plan in settings.plans:
+        if (own := packaged(plan.name)) is not None and [*map(content, own)] != [content(plan)]:
+            raise CaregiverError(f"house '{plan.name}' must be the package's, got another plan")
+    try:
+        words = shlex.split(settings.houses)
+    except ValueError:  # a name given in Python
+        words = [settings.houses]
+    members = [packaged(word) for word in words]
+    if not any(members):
+        return
+    wanted = [plan for own in members for plan in own or (None,)]  # None for a file
+    same = len(wanted) == len(settings.plans) and all(
+        one is None or content(one) == content(plan) for one, plan in zip(wanted, settings.plans, strict=True)
+    )
+    if not same:
+        raise CaregiverError(f"houses '{plain(settings.houses)}' must be the package's, got other plans")
 
 
 def _extended_at(settings: Settings, record: Mapping[str, Any]) -> list[int]:
@@ -290,20 +321,20 @@ def board(verified: Sequence[tuple[Submission, pd.DataFrame]]) -> str:
 
     Runs of one track differ in the caregiver only. All must pass `check_comparable`.
     """
-    tracks: dict[str, list[dict[str, str]]] = {}
+    tracks: dict[tuple[str, str, float], list[dict[str, str]]] = {}  # by title, digest of the houses, and speed
     for submission, episodes in verified:
         settings = submission.settings
         by = dict(tuple(with_costs(episodes, settings.plans).groupby("caregiver")))
-        plans = _digest("\n\n".join(f"{plan.cell_size:g}\n{plan.text}" for plan in settings.plans))[:8]
+        plans = _digest("\n\n".join(f"{plan.cell_size!r}\n{plan.text}" for plan in settings.plans))
         world = settings.world if settings.world == "grid" else f"house, {settings.embodiment}"
         speed = "" if settings.child_speed == WALKING_SPEED else f" at {settings.child_speed:g} m/s"
         track = (
-            f"{markdown(world)}, {markdown(settings.place)}, {len(settings.plans)} houses (sha256 {plans}), damage "
+            f"{markdown(world)}, {markdown(settings.place)}, {len(settings.plans)} houses (sha256 {plans[:8]}), damage "
             f"{settings.plans[0].damage}, sight {settings.sight}, epsilon "
             f"{markdown(', '.join(map(str, settings.families)))}{speed}, "
             f"seed {settings.seed}, source {source_digest(settings.world)}"
         )
-        rows = tracks.setdefault(track, [])
+        rows = tracks.setdefault((track, plans, settings.child_speed), [])
         verdicts = {verdict["caregiver"]: verdict for verdict in judge_run(episodes)}
         for caregiver in settings.caregivers:
             cells = _cells(submission, caregiver, by[caregiver], by["none"], verdicts.get(caregiver))
@@ -314,7 +345,7 @@ def board(verified: Sequence[tuple[Submission, pd.DataFrame]]) -> str:
                 rows[:] = [other for other in rows if other not in same]
             rows.append(cells)
     parts = [_HEAD]
-    for track, rows in tracks.items():
+    for (track, *_), rows in tracks.items():
         rows.sort(key=_rank)
         rule = ["---" if column in _LEFT_ALIGNED else "---:" for column in rows[0]]
         lines = [[*rows[0]], rule, *(list(cells.values()) for cells in rows)]

@@ -18,6 +18,7 @@ from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from typing import Any, Self, TypeVar, cast
 
 from caregiver_mj.errors import CaregiverError, check_integer
+from caregiver_mj.registry import environment
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
@@ -105,7 +106,8 @@ class _Worker:
         try:
             self.connection, theirs = context.Pipe()
             self.process = context.Process(target=_serve, args=(function, theirs), daemon=True)
-            self.process.start()
+            with environment("PYTHONSAFEPATH", "1"):  # else it imports from the working folder before it has our path
+                self.process.start()
         except OSError as error:  # too many processes or open files
             raise WorkerError(f"no worker process can be started: {error.strerror}; use --jobs 1") from None
         theirs.close()  # so that the worker's death closes the pipe

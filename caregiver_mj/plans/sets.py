@@ -18,7 +18,7 @@ import re
 from collections.abc import Iterable, Mapping
 
 from caregiver_mj.errors import FloorPlanError
-from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.floor_plan import FloorPlan, house_names
 from caregiver_mj.plans.generator import design, generate_shape
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.plans.request import Request
@@ -81,6 +81,15 @@ def house_set(name: str) -> tuple[FloorPlan, ...]:
             f"no set of floor plans '{name}': there are {', '.join(SETS)}, with a number for N, such as test-100"
         )
     return tuple(FloorPlan.load(one) for one in names)
+
+
+def packaged(name: str) -> tuple[FloorPlan, ...] | None:
+    """Make the package's houses with the name of a house or a set; return None for any other name, such as a file's."""
+    if name in house_names():
+        return (FloorPlan.load(name),)
+    if _names(name) is not None:
+        return house_set(name)
+    return None if (made := house(name)) is None else (made,)
 
 
 def houses_named(

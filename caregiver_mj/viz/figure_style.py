@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.typing import RcKeyType
 
 
+mpl.rcdefaults()  # not those of a matplotlibrc, perhaps a stranger's, in the working folder
 ALONE, GUARDED = colours.DAMAGE, colours.ROBOT  # without and with the caregiver
 WIDTH, HEIGHT = 4.2, 3.2  # inches
 INK, FAINT, RULE = "#1b212b", "#6b7686", "#dfe3e8"

@@ -262,6 +262,7 @@ def film_writer(path: pathlib.Path, fps: float) -> Iterator[Callable[[np.ndarray
     unfinished = path.with_name(f".{path.name}.part.mp4")
     params = [*_OPTIONS, *_LOSSY.get(path.suffix.lower(), ())]
     try:
+        unfinished.unlink(missing_ok=True)  # perhaps a link
         writer: Any = imageio.v2.get_writer(
             unfinished,
             "FFMPEG",

@@ -193,7 +193,7 @@ def test_runs_that_cannot_be_compared(runs, names, who, words):
 def test_seeds_are_pooled(runs, tmp_path, capsys):
     out = tmp_path / "pooled"
     assert cli.main(["pool", str(runs / "seed0"), str(runs / "seed1"), "--out", str(out)]) == 0
-    assert "16 episodes each, seeds 0, 1" in capsys.readouterr().out
+    assert "16 episodes a row, seeds 0, 1" in capsys.readouterr().out
     pooled, (first, second) = read_finished(out), finished(runs, "seed0", "seed1")
     assert (pooled.settings.episodes, pooled.seeds) == (16, [(0, 8), (1, 8)])
     keys = ["caregiver", "family", "seed"]

@@ -121,6 +121,21 @@ def test_what_means_something_in_a_table_is_left_out_of_a_page(packed, folder):
     assert "## grid, x &lt;script> / row /, 2 houses" in page
 
 
+def test_houses_that_differ_a_little_are_of_another_track(packed, folder):
+    submission, episodes = read_submission(packed), pd.read_parquet(folder / "run" / "episodes.parquet")
+    wider = tuple(dataclasses.replace(plan, cell_size=0.7500001) for plan in submission.settings.plans)
+    other = submission._replace(settings=dataclasses.replace(submission.settings, plans=wider))
+    assert board([(submission, episodes), (other, episodes)]).count("\n## ") == 2
+
+
+def test_houses_of_the_package_are_verified_by_name_and_by_set(tmp_path):
+    run_ = ["evaluate", "--world", "grid", "--caregiver", "none", "--epsilon", 1, "--episodes", 1]
+    for name, which in (("one", ["--house", "test-100/3"]), ("set", ["--houses", "drawn-2", "house-5-10x10"])):
+        assert not run(*run_, *which, "--out", tmp_path / name)
+        assert not run("submit", tmp_path / name, "--out", tmp_path / f"{name}.submission")
+        assert not run("verify", tmp_path / f"{name}.submission")
+
+
 def parts_of(path):
     with zipfile.ZipFile(path) as file:
         return {name: json.loads(file.read(name)) for name in file.namelist()}

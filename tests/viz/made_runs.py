@@ -5,6 +5,7 @@ import pandas as pd
 
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.experiments.spec import episode_seed
 from caregiver_mj.experiments.summary import by_house, summarise
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.recording.record import MEASURES
@@ -59,7 +60,13 @@ def write_run(folder, world="grid", plan=PAPER, caregivers=CAREGIVERS, mark=0, f
 
 def _row(key, episode, damage, children, mark):
     shares = [1.0] if children == 1 else [0.8, 0.2]
-    row = {**key, "children": children, "episode": episode, "seed": 100 + episode, **dict.fromkeys(MEASURES, 0)}
+    row = {
+        **key,
+        "children": children,
+        "episode": episode,
+        "seed": episode_seed(7, episode),
+        **dict.fromkeys(MEASURES, 0),
+    }
     row |= {"damage": float(damage), "damage_table": float(damage), "timesteps_to_threshold": 200 - 2 * damage}
     row |= {"stopped": int(damage > 15), "damage_until_stop": float(min(damage, 16))}
     row |= {"cells_visited": 5 + episode % 2, "toys_reached": 3, "moves_blocked": 2, "interventions_done": 4}

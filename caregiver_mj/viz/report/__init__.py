@@ -104,9 +104,13 @@ def write_report(
     for picture in pictures + (beside["pictures"] if beside else []):
         files |= {f"figures/{picture.name}.svg": picture.svg, f"figures/{picture.name}.png": picture.png}
     try:
+        if (folder / "figures").is_symlink():
+            raise CaregiverError(f"'{folder / 'figures'}' must be a folder, got a link, which is not followed")
         (folder / "figures").mkdir(exist_ok=True)
         for name, content in files.items():
-            (folder / name).write_bytes(content)
+            (folder / name).unlink(missing_ok=True)
+            with open(folder / name, "xb") as file:  # never through a link of a stranger's folder
+                file.write(content)
     except OSError as error:
         raise StorageError(f"the report in '{folder}' cannot be written: {error.strerror}") from error
     return folder / "report.html"
