@@ -10,6 +10,7 @@ import gc
 import itertools
 import os
 import pathlib
+import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -81,7 +82,8 @@ def add_options(parser: Parser) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Measure and print."""
-    print(f"{os.cpu_count()} cores; load before {os.getloadavg()[0]:.1f}: figures are low if that is not near 0")
+    load = f"{os.cpu_count()} cores; load before {os.getloadavg()[0]:.1f}: figures are low if that is not near 0"
+    print(load, file=sys.stderr)
     for name in options.only:
         for title, figures in SECTIONS[name](options.seconds, options.repeats):
             rows = [[str(name), *map(_shown, row)] for name, *row in figures.itertuples(name=None)]
@@ -225,7 +227,7 @@ class Scene:
 
 
 def closed_loop(seconds: float, repeats: int) -> Iterator[tuple[str, pd.DataFrame]]:
-    """Yield how fast the loop is, of all in turn, over and over; then where its time goes in each house."""
+    """Yield how fast the loop is, of all in turn, over and over."""
     scenes = {house: Scene(house, seconds) for house in HOUSES}
     plain = {house: Scene(house, seconds, visuals=False) for house in HOUSES}  # as evaluation and training have them
     for scene in scenes.values():
@@ -238,8 +240,15 @@ def closed_loop(seconds: float, repeats: int) -> Iterator[tuple[str, pd.DataFram
         rows += [{"": name, "x real time": play(min(seconds, _SUITE_SECONDS))} for name, play in suite.items()]
     title = "Closed loop: supervise, one core, and dm_control's tasks with zero action; median of the repeats"
     yield title, pd.DataFrame(rows).groupby("", sort=False).median()
-    parts = pd.DataFrame({house: dissect(scene) for house, scene in scenes.items()})
-    yield "Where the time goes: us a control step, of which bare `mj_step` takes the last row", parts
+
+
+def parts(seconds: float, _repeats: int) -> Iterator[tuple[str, pd.DataFrame]]:
+    """Yield where the time of the loop goes in each house."""
+    found = {}
+    for house in HOUSES:
+        (scene := Scene(house, seconds)).record()
+        found[house] = dissect(scene)
+    yield "Where the time goes: us a control step, of which bare `mj_step` takes the last row", pd.DataFrame(found)
 
 
 def _suite_task(domain: str, task: str) -> Callable[[float], float]:
@@ -440,4 +449,4 @@ def grown(job: tuple[int, int, int, float]) -> Row:
     }
 
 
-SECTIONS = {made.__name__: made for made in (closed_loop, control_steps, films, foresight, growth, physics)}
+SECTIONS = {made.__name__: made for made in (closed_loop, parts, control_steps, films, foresight, growth, physics)}
