@@ -77,7 +77,7 @@ def test_policies_of_ones_own_are_evaluated_compared_and_reported(ours):
     ours("evaluate", *GRID, "--caregiver", "none", "paper", mine, "--seed", "1", "--out", "runs/more")
     assert mine in ours("compare", "runs/mine", "runs/mine", "--caregiver", "paper", mine)
     assert "+0.00" in ours("compare", "runs/mine", "runs/none")
-    assert "6 episodes each, seeds 0, 1" in ours("pool", "runs/mine", "runs/more", "--out", "runs/both")
+    assert "6 episodes a row, seeds 0, 1" in ours("pool", "runs/mine", "runs/more", "--out", "runs/both")
     assert ours("report", "runs/mine") == "runs/mine/report.html\n"
     assert mine in pathlib.Path("runs/mine/report.html").read_text("utf-8")
     told = ours("evaluate", *GRID[2:4], "--epsilon", "1", "--episodes", "1", "--caregiver", "my_policies:roundabout")
