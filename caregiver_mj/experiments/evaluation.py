@@ -137,6 +137,8 @@ def check_folder(path: str | os.PathLike[str]) -> None:
                 raise CaregiverError(f"'{there}' must be a file, got another thing or a link: take another folder")
     except OSError as error:
         raise CaregiverError(f"output folder '{path}' cannot be written: {error.strerror}") from None
+    except ValueError:  # a name that no file can have, which is refused where the folder is made
+        pass
 
 
 @functools.lru_cache(maxsize=1)  # called before a folder is made, and again by `evaluate`
