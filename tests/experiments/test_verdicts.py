@@ -119,3 +119,5 @@ def test_p_of_being_at_the_margin_by_hand():
     assert margin_p(0.5 * theirs, theirs, 0.1, both=True) == 2 / 2**10  # 10 less 18, and 20 less 9
     assert np.isnan(margin_p(0.9 * theirs, theirs, 0.1, both=True))
     assert np.isnan(margin_p(theirs[:5], theirs[:5], 0.1))
+    many = np.full(5_000, 20.0)
+    assert 200 * margin_p(many, many, 0.1, tests=200) <= 0.05  # to be corrected for as many

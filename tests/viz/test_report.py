@@ -82,7 +82,6 @@ def test_tables_stand_beside_the_published_ones(folder, page):
         assert row in words(page)
 
 
-@pytest.mark.usefixtures("words_alone")
 def test_the_command_of_a_run_has_all_that_it_was_asked(tmp_path):
     run = read_run(write_run(tmp_path / "run", "house", caregivers=("none", "paper")))
     asked = {"queries": Queries(thinking="real-time", frames=True), "task_kwargs": {"compliant_children": True}}
@@ -93,6 +92,7 @@ def test_the_command_of_a_run_has_all_that_it_was_asked(tmp_path):
     assert command.endswith(" --seed 7  # and task_kwargs={'compliant_children': True}, from Python")
 
 
+@pytest.mark.usefixtures("words_alone")
 def test_what_caregivers_saw_is_said_and_the_paper_is_not_cited_where_that_is_not_all(tmp_path, page):
     run = report.read_run(write_run(tmp_path / "walls", sight="walls"))
     assert "--sight walls" in run.command()
