@@ -139,8 +139,10 @@ def load(
     robot = made.has_robot and made.embodiment
     physics = Physics.from_plan(plan, robot, made.table_positions, len(made.children), visuals, made.table_heights)
     try:
+        # Half a step less, for dm_control divides the two again and may round to another step.
+        limit = (made.length - 0.5) * made.control_timestep
         return control.Environment(
-            physics, made, time_limit=made.time_limit, control_timestep=made.control_timestep, **environment_kwargs
+            physics, made, time_limit=limit, control_timestep=made.control_timestep, **environment_kwargs
         )
     except ValueError as error:  # from dm_control, for inconsistent timesteps
         raise CaregiverError(f"{task} cannot be made: {error}") from None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import collections
 import dataclasses
 import functools
+import math
 import numbers
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar
@@ -108,7 +109,7 @@ class CareTask(control.Task):
         candles: Keeps track of the candles.
         things: Keeps track of the small things on the floor.
         ledger: Counts of this episode, a batch of one, up to the last completed novice timestep; `damage` includes the
-            present one.
+            present one. The episode's end completes one that it cuts short.
         contacts: Counts of the robot's contacts with the children.
         caregiver: Caregiver that may prepare the house before the children come in, as in the grid. A
             `CaregiverPolicy` sets its own; None for no caregiver.
@@ -202,6 +203,12 @@ class CareTask(control.Task):
     def _check_house(self) -> None:
         """Raise CaregiverError unless the house suits the task and its robot."""
 
+    @functools.cached_property
+    def length(self) -> float:
+        """Control steps of an episode: up to the first at or after the time limit, which may be infinite."""
+        limit = math.inf if self.time_limit is None else self.time_limit
+        return float(np.ceil(round(limit / self.control_timestep, 6)))  # 0.3 / 0.1 is 3
+
     @property
     def sight(self) -> Sight:
         """The sight of observations."""
@@ -288,7 +295,7 @@ class CareTask(control.Task):
             self.things.take_in(physics, self.children)
         self._control_steps += 1
         self.observer.take_in(physics, self._control_steps)
-        if self._control_steps % self._steps_a_move == 0:
+        if self._control_steps % self._steps_a_move == 0 or self._control_steps == self.length:
             self.ledger.attend(self.observer.seen & self.has_robot)
             self.ledger.book(*(np.array([values]) for values in zip(*self.children.end(), strict=True)))
             self.ledger.drop(self.candles.count_fallen(physics))
