@@ -24,6 +24,8 @@ import time
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 
+import pandas as pd
+
 from caregiver_mj.experiments.provenance import OWN, code, source_digest
 from study import MARK
 
@@ -33,6 +35,7 @@ _LAST = ("scripts/study.py results --docs {docs}", "scripts/paper_figures.py --d
 # Commands that only show what others have run, as `cli` and `viz` do in the package.
 _SHOW = ("scripts/study.py results", "scripts/leaderboard_page.py", "examples/learning_page.py")
 _TABLE_END = "<!-- end -->"
+_AS = "; rows equal to those of "  # in a mark, between the present version and the one that made the rows
 _PLACE = re.compile(r" --[\w-]+(?: \S*\{\w+\}\S*)+| --resume")  # options that say where or how, not what
 
 
@@ -77,7 +80,11 @@ class Entry:
     def is_current(self, docs: pathlib.Path) -> bool:
         """Return whether all pages are of the present code."""
         known = read_marks(docs)  # a new entry may have no page yet
-        return all(known.get(docs / page, {}).get(self.name) == self.made for page in self.pages)
+        return all(self.is_mark(known.get(docs / page, {}).get(self.name, "")) for page in self.pages)
+
+    def is_mark(self, mark: str) -> bool:
+        """Return whether a mark is of the present code, or of older code with equal rows."""
+        return mark.partition(_AS)[0] == self.made
 
 
 def read_manifest(path: pathlib.Path = MANIFEST) -> dict[str, Entry]:
@@ -123,7 +130,7 @@ def marked(text: str, made: Mapping[str, str], entries: Mapping[str, Entry]) -> 
         name, old = found[1], made.get(found[1], found[2])
         if name not in entries:
             return ""
-        older = "" if old == entries[name].made else f"*`{name}`, of {old}: outdated.*\n"
+        older = "" if entries[name].is_mark(old) else f"*`{name}`, of {old}: outdated.*\n"
         return _mark(name, old) + older
 
     return MARK.sub(renew, text)
@@ -173,6 +180,43 @@ def mark_all(
 def read_marks(docs: pathlib.Path) -> dict[pathlib.Path, dict[str, str]]:
     """Return the marks of all pages, by file."""
     return {path: marks(path.read_text("utf-8")) for path in docs.rglob("*.md")}
+
+
+def keep_equal(older: pathlib.Path, newer: pathlib.Path, docs: pathlib.Path, entries: Mapping[str, Entry]) -> list[str]:
+    """Mark pages of older code as current if rows are equal; return the names of entries with other rows, or none.
+
+    Args:
+        older: Folder with `--quick` runs of the code that made the pages.
+        newer: Folder with `--quick` runs of the present code.
+        docs: Folder of the documentation.
+        entries: All entries.
+    """
+    differ = []
+    for entry in entries.values():
+        pages = [(page, known[entry.name]) for page, known in read_marks(docs).items() if entry.name in known]
+        runs = [older / f"{entry.name}-{mark.partition(_AS)[0].rpartition(' ')[2]}" for _, mark in pages]
+        rows = [_rows(run) for run in (newer / f"{entry.name}-{entry.digest}", *runs)]
+        if not rows[0] or any(others != rows[0] for others in rows[1:]):
+            differ.append(entry.name)
+            continue
+        for page, mark in pages:
+            if not entry.is_mark(mark):
+                first = mark.rpartition(_AS)[2]
+                text = page.read_text("utf-8").replace(
+                    _mark(entry.name, mark), _mark(entry.name, entry.made + _AS + first)
+                )
+                page.write_text(text, "utf-8")
+    return differ
+
+
+def _rows(run: pathlib.Path) -> dict[str, str]:
+    """Return the tables in a run's folder without clocks, and what its commands have printed, by name."""
+    tables = {
+        path: pd.read_parquet(path).drop(columns="wall_seconds", errors="ignore") for path in run.rglob("*.parquet")
+    }
+    found = {path: table.to_csv() for path, table in tables.items()}
+    found |= {path: path.read_text("utf-8").replace(str(run), "") for path in run.glob("*.txt")}
+    return {str(path.relative_to(run)): text for path, text in found.items()}
 
 
 # -- Runs --------------------------------------------------------------------------------------------
@@ -286,6 +330,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--only", nargs="+", choices=entries, metavar="NAME", help="make these, current or not")
     parser.add_argument("--list", action="store_true", help="print the manifest, with what is current")
     parser.add_argument("--mark", action="store_true", help="only say on the pages which are older than the code")
+    equal = "after `--quick`: compare with RUNS/quick of the code that made the pages, and keep pages with equal rows"
+    parser.add_argument("--equal", type=pathlib.Path, metavar="RUNS", help=equal)
     parser.add_argument("--quick", action="store_true", help="far less of all, into RUNS/quick; no page is touched")
     parser.add_argument("--jobs", type=int, default=2, metavar="N", help="worker processes (default: %(default)s)")
     parser.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster, for evaluations")
@@ -297,7 +343,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.list:
         print(listing(entries, docs))
         return 0
-    if options.mark:
+    if options.equal:
+        differ = keep_equal(options.equal / "quick", runs / "quick", docs, entries)
+        print("rows differ, or are not there:", ", ".join(differ) or "none")
+    if options.equal or options.mark:
         print(*mark_all(docs, entries), sep="\n")
         return 0
     if options.quick:

@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import pandas as pd
 import pytest
 import reproduce
 from reproduce import Entry, Maker, mark_all, marked, marks
@@ -62,6 +63,28 @@ def test_an_entry_may_have_no_page_yet(tmp_path):
     one = entry(pages=("new.md",))
     assert not one.is_current(tmp_path)
     assert mark_all(tmp_path, {"some": one}) == []
+
+
+def test_pages_with_equal_rows_in_quick_runs_stay_current(tmp_path):
+    docs, older, newer = (tmp_path / name for name in ("docs", "older", "newer"))
+    one, other = entry(), entry("other")
+    entries = {"some": one, "other": other}
+    docs.mkdir()
+    (docs / "some.md").write_text(marked("# T\n\nWords.\n", {"some": OLD, "other": OLD}, entries))
+    for name, printed in [("some", "1 of 2\n"), ("other", "2 of 2\n")]:
+        for run in (older / f"{name}-0123456789ab", newer / f"{name}-{entries[name].digest}"):
+            run.mkdir(parents=True)
+            clock, damage = len(str(run)), printed[0] if run.is_relative_to(older) else "1"
+            pd.DataFrame({"damage": [damage], "wall_seconds": [clock]}).to_parquet(run / "episodes.parquet")
+            (run / "0.txt").write_text(printed)
+    assert reproduce.keep_equal(older, newer, docs, entries) == ["other"]
+    mark_all(docs, entries)
+    kept = f"{one.made}; rows equal to those of {OLD}"
+    assert marks((docs / "some.md").read_text()) == {"some": kept, "other": OLD}
+    assert one.is_current(docs)
+    assert not other.is_current(docs)
+    assert "`other`, of" in (docs / "some.md").read_text()
+    assert reproduce.keep_equal(older, newer, docs, entries) == ["some", "other"]  # no run of the code just marked
 
 
 def test_a_digest_is_of_the_world_the_studies_and_the_commands(monkeypatch, tmp_path):
