@@ -196,8 +196,10 @@ ODD = {
     ],
     "floor plan": [
         (lambda: caregiver_mj.FloorPlan.parse(None), "text of a floor plan must be a str"),
-        (lambda: caregiver_mj.FloorPlan.parse(TEXT, cell_size=None), "cell size"),
-        (lambda: caregiver_mj.FloorPlan.parse(TEXT, cell_size=np.nan), "cell size"),
+        *(
+            (lambda x=x: caregiver_mj.FloorPlan.parse(TEXT, cell_size=x), "cell size must be above 0 and at most 1.1 m")
+            for x in (None, np.nan, 0, 1.2, 1000.0)
+        ),
         (lambda: caregiver_mj.FloorPlan.load("test-100/house-" + "1" * 5000), "house-1111"),
         (lambda: caregiver_mj.FloorPlan.parse(TEXT, None), "name of a floor plan must be a str"),
         (lambda: caregiver_mj.FloorPlan.parse(TEXT, damage=3), "damage, if no DamageWeights or mapping, must be a str"),

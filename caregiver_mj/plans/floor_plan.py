@@ -33,7 +33,9 @@ from caregiver_mj.plans.cell_graph import ACTIONS, BIN, FREE, LEGEND, TABLE, WAL
 from caregiver_mj.plans.hazards import KINDS, DamageWeights, Hazards, Where, kinds_at
 
 _FENCED = tuple(kind.symbol for kind in KINDS if kind.fenced)
-_LARGEST_CELL = 1e3  # m
+# m. A child that walks into a thing has half of a move to get there, enough for .70 of a cell. Beyond 1.12 m that ends
+# before the face of a toy bin in the next cell, at cell - BIN_HALF_SIZE - CHILD_RADIUS: it would reach no toy.
+_LARGEST_CELL = 1.1
 _EXCERPT = 100  # most characters of a line in an error
 _Problem = tuple[str, str]  # message and excerpt of a `FloorPlanError`
 # Functions that return a plan by name, or None. `plans/__init__.py` adds that of generated houses, which imports
@@ -117,7 +119,10 @@ class FloorPlan:
         if (cells := (last - first + 1) * max(map(len, lines))) > MOST_CELLS:
             raise FloorPlanError(f"floor plan '{name}' must have at most {MOST_CELLS:,} cells, got {cells:,}")
         if not (isinstance(cell_size, numbers.Real) and 0 < cell_size <= _LARGEST_CELL):
-            raise FloorPlanError(f"floor plan '{name}': the cell size must be a positive length, got {cell_size} m")
+            raise FloorPlanError(
+                f"floor plan '{name}': the cell size must be above 0 and at most {_LARGEST_CELL} m, so that a child "
+                f"reaches what stands in the next cell, got {cell_size} m"
+            )
         plan = cls(name, tuple(lines[first : last + 1]), float(cell_size), DamageWeights.of(damage))
         validate(plan, first_line=first + 1)
         return plan

@@ -89,7 +89,22 @@ BATTERY = HazardKind(
     cell=("free cell with a battery", "free cells with batteries"), at="batteries",
     harm="takes batteries off the floor", model="battery", colour=(186, 192, 206),
 )  # fmt: skip
-KINDS = (STAIRWELL, CANDLE, TABLE, GATE, MUG, BATTERY)  # a new kind needs a record here, and a model
+
+
+def distinct(*kinds: HazardKind) -> tuple[HazardKind, ...]:
+    """Return kinds, each once; raise CaregiverError if two kinds have the same name or symbol."""
+    for field in ("name", "symbol"):
+        first: dict[str, HazardKind] = {}
+        for kind in kinds:
+            if (other := first.setdefault(getattr(kind, field), kind)) != kind:
+                raise CaregiverError(
+                    f"the {field} of a kind of hazard must be its own, got {getattr(kind, field)!r} for {kind} and "
+                    f"{other}"
+                )
+    return tuple(dict.fromkeys(kinds))
+
+
+KINDS = distinct(STAIRWELL, CANDLE, TABLE, GATE, MUG, BATTERY)  # a new kind needs a record here, and a model
 _IN_SHORT = tuple(kind.name for kind in (STAIRWELL, CANDLE, TABLE))  # kinds of the short form "5:4:1"
 
 
