@@ -120,11 +120,6 @@ def test_a_search_finds_shortest_ways_nearest_cells_first(plan, data):
         assert moves[cells[cell]] == moves[cells[previous]] + (cell != start)
 
 
-def test_what_only_a_landing_joins_is_not_connected_for_a_child():
-    plan = FloorPlan("unchecked", ("#####", "#.S.#", "#B#B#", "#####"))  # `parse` would refuse it
-    assert (plan.graph.is_connected().tolist(), plan.graph.parts().max()) == ([True, False], 0)
-
-
 def test_downhill_leads_to_the_lowest_neighbour_or_stays():
     plan = FloorPlan.parse("#####\n#B..#\n#..T#\n#####")
     height = np.array([3, 1, 5, 3])  # cells (1, 2), (1, 3), (2, 1), (2, 2)
