@@ -5,14 +5,12 @@ from __future__ import annotations
 import dataclasses
 import enum
 import functools
-import math
-import numbers
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TypeVar
 
 import numpy as np
 
-from caregiver_mj.errors import CaregiverError, check_kind
+from caregiver_mj.errors import CaregiverError, check_kind, check_number
 
 MOST_DAMAGE = 1e6  # of a collision; sums of it stay exact enough
 NOTHING = -1  # no hazard, no candle, no table, no action
@@ -133,10 +131,7 @@ class DamageWeights(Mapping[str, float]):
         for name, value in (given | by_name).items():
             if name not in self._weights:
                 raise CaregiverError(f"no kind of damage '{name}': there are {', '.join(self._weights)}")
-            if not (isinstance(value, numbers.Real) and 0 <= value < math.inf):
-                raise CaregiverError(f"the damage of a {name} must be a number of at least 0, got {value!r}")
-            if value > MOST_DAMAGE:
-                raise CaregiverError(f"the damage of a {name} must be at most {MOST_DAMAGE:g}, got {value!r}")
+            check_number(f"the damage of a {name}", value, 0.0, MOST_DAMAGE)
             self._weights[name] = float(value)
 
     @classmethod

@@ -44,8 +44,6 @@ def test_houses_of_a_set_are_loaded_by_name(name):
 def test_a_house_twice_is_refused():
     with pytest.raises(FloorPlanError, match=r"^houses must be different, got 'house-200001' twice$"):
         houses_named(["test-2", "test-100/1"])
-    with pytest.raises(FloorPlanError, match="2 houses are named twice, such as 'house-200000'"):
-        houses_named(["test-2", "test-2"])
 
 
 def of_sets(*kinds):
