@@ -25,9 +25,8 @@ from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.grid.world import GridWorld, run_episodes
 from caregiver_mj.interventions.verb import Intervention, Interventions, verb_of
-from caregiver_mj.plans.generator import design, generate
+from caregiver_mj.plans.generator import Request, design, generate
 from caregiver_mj.plans.hazards import NOTHING, DamageWeights
-from caregiver_mj.plans.request import Request
 from caregiver_mj.plans.sets import house_set
 from caregiver_mj.plans.visibility import Sight
 from caregiver_mj.policy.own import OwnPolicy

@@ -6,12 +6,12 @@ Rooms result from recursive splitting. A shape, such as `hall`, also has things 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import TypeVar
 
 import numpy as np
 
 from caregiver_mj.plans.cell_graph import BIN, CANDLE, FREE, STAIRWELL, TABLE, WALL, Cell
-from caregiver_mj.plans.request import draw, pick
 from caregiver_mj.registry import summary
 
 _CORRIDOR_SHARE = 60  # % of houses of more than three rooms have a corridor
@@ -22,6 +22,19 @@ _TWO_CELLS_SHARE = 35  # % of doorways in long walls are two cells wide
 _WIDE_WALL = 4  # cells; least length of a wall for a doorway of two cells
 _LOOP_SHARE = 15  # % of the walls that need no doorway have one
 _DETOUR = 150  # extra cost of a doorway that leads neither to the corridor nor to the largest room (random cost: 100)
+
+Thing = TypeVar("Thing")
+
+
+def draw(random: np.random.RandomState, below: int) -> int:
+    """Return a random integer below `below`, the same on every machine: integers of `RandomState` are guaranteed."""
+    return int(random.randint(below, dtype=np.int64))
+
+
+def pick(random: np.random.RandomState, things: Sequence[Thing], weights: Sequence[int]) -> Thing:
+    """Return one of several things, drawn with integer weights."""
+    totals = np.cumsum(weights)
+    return things[int(np.searchsorted(totals, draw(random, int(totals[-1])), side="right"))]
 
 
 @dataclasses.dataclass(frozen=True)

@@ -18,9 +18,8 @@ from collections.abc import Iterable, Mapping
 
 from caregiver_mj.errors import FloorPlanError
 from caregiver_mj.plans.floor_plan import FloorPlan, house_names
-from caregiver_mj.plans.generator import design, generate_shape
+from caregiver_mj.plans.generator import Request, design, generate_shape
 from caregiver_mj.plans.hazards import DamageWeights
-from caregiver_mj.plans.request import Request
 from caregiver_mj.plans.rooms import SHAPES
 
 LARGEST_SET = 1000  # houses

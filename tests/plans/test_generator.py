@@ -10,8 +10,7 @@ from walks import distances, neighbours
 
 from caregiver_mj.errors import FloorPlanError
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.generator import design, generate
-from caregiver_mj.plans.request import SEEDS, Request
+from caregiver_mj.plans.generator import SEEDS, Request, design, generate
 
 FIELDS = ("rooms", "stairwells", "candles", "tables", "bins")
 SEED = st.integers(0, SEEDS - 1)
