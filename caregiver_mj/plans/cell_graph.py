@@ -16,7 +16,6 @@ from caregiver_mj.plans.hazards import Where
 Cell = tuple[int, int]  # (row, column)
 # The child's action set: north, east, south, west as (row, column) steps.
 ACTIONS: tuple[Cell, ...] = ((-1, 0), (0, 1), (1, 0), (0, -1))
-ACTION_NAMES = ("north", "east", "south", "west")
 UNREACHABLE = np.iinfo(np.int16).max  # distance between cells without a path; above `MOST_CELLS` of a plan
 _AT_ONCE = 2**20  # distances computed at a time, which bounds memory
 WALL, FREE, BIN = "#.B"

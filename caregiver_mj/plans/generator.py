@@ -218,15 +218,17 @@ def generate_shape(shape: str, seed: int) -> FloorPlan:
 def furnished(random: np.random.RandomState, shell: Shell, counts: Sequence[int], name: str) -> FloorPlan | None:
     """Furnish a house; return its plan, or None unless it is valid and drivable.
 
-    The counts are of stairwells, candles, bare tables and bins, and optionally of gates, mugs and batteries.
+    Nothing divides a room, and each thing keeps a free cell beside it. The counts are of stairwells, candles, bare
+    tables and bins, and optionally of gates, mugs and batteries.
     """
     stairwells, candles, tables, bins, gates, mugs, batteries = (*counts, 0, 0, 0)[:7]
-    tables_with = {CANDLE: candles, MUG.symbol: mugs, TABLE: tables}
-    symbols = furnish(
-        random, shell, {STAIRWELL: stairwells + gates, BIN: bins}, tables_with, {BATTERY.symbol: batteries}
-    )
-    if symbols is None:
-        return None
+    on_tables = random.permutation(list(CANDLE * candles + MUG.symbol * mugs + TABLE * tables)).tolist()
+    house = _Furnished(shell)
+    symbols = house.grid
+    for kind in [*STAIRWELL * (stairwells + gates), *BIN * bins, *on_tables, *BATTERY.symbol * batteries]:
+        if (cell := house.find(random, kind)) is None:
+            return None
+        symbols[cell] = kind
     try:
         plan = FloorPlan.parse("\n".join(map("".join, symbols.tolist())), name)
         if gates:
@@ -310,32 +312,6 @@ _HABITS = {
     BIN: {"corner": 65, "wall": 35, "open": 0},
     TABLE: {"wall": 60, "open": 25, "corner": 15},
 }
-
-
-def furnish(
-    random: np.random.RandomState,
-    shell: Shell,
-    fixtures: dict[str, int],
-    tables: dict[str, int],
-    on_floor: dict[str, int],
-) -> np.ndarray | None:
-    """Furnish a house so that nothing divides a room, and each thing keeps a free cell beside it.
-
-    The numbers of things are by character; `fixtures` are stairwells and bins. Return the characters (rows, columns),
-    or None if a thing finds no place.
-    """
-    house = _Furnished(shell)
-    of_tables = random.permutation(_each(tables)).tolist()
-    for kind in [*_each(fixtures), *of_tables, *_each(on_floor)]:
-        cell = house.find(random, kind)
-        if cell is None:
-            return None
-        house.grid[cell] = kind
-    return house.grid
-
-
-def _each(counts: dict[str, int]) -> list[str]:
-    return [kind for kind, count in counts.items() for _ in range(count)]
 
 
 class _Furnished:

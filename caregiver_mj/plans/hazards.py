@@ -256,12 +256,11 @@ class Hazards(Sequence[Hazard]):
     def number(self, where: Where, index: _Number) -> _Number:
         """Return the numbers of hazards by their indices in one place; raise CaregiverError if one is out of range."""
         first, end = self._spans[where]
-        wrong = np.less(index, NOTHING) | np.greater_equal(index, end - first)
-        if wrong.any():
+        wrong = np.asarray(index)[np.less(index, NOTHING) | np.greater_equal(index, end - first)]
+        if wrong.size:
             words = " or ".join(kind.name for kind in kinds_at(where))
-            last = f"from 0 to {end - first - 1}, or NOTHING ({NOTHING})"
-            there = last if end > first else f"NOTHING ({NOTHING}), for there is none"
-            raise CaregiverError(f"the number of a {words} must be {there}, got {int(np.asarray(index)[wrong][0])}")
+            there = f"from 0 to {end - first - 1}, or " if end > first else ""
+            raise CaregiverError(f"the number of a {words} must be {there}NOTHING ({NOTHING}), got {wrong[0]}")
         found = np.where(np.equal(index, NOTHING), NOTHING, np.add(index, first))
         return found if isinstance(index, np.ndarray) else int(found)
 

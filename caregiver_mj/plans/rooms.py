@@ -69,24 +69,6 @@ class Room:
         return Room(self.top, self.left + first, self.bottom, self.left + first + length - 1, is_corridor)
 
 
-def split(random: np.random.RandomState, shape: tuple[int, int], count: int, smallest: int) -> list[Room] | None:
-    """Divide a house into `count` rooms, a corridor included, with walls of one cell; None without enough space.
-
-    The shorter side of a room has at least `smallest` cells; a corridor may be narrower.
-    """
-    rooms = [Room(1, 1, shape[0] - 2, shape[1] - 2)]
-    if count > 3 and draw(random, 100) < _CORRIDOR_SHARE:
-        rooms = _with_corridor(random, rooms[0], count, smallest) or rooms
-    while len(rooms) < count:
-        large = [room for room in rooms if not room.is_corridor and max(room.sides) > 2 * smallest]
-        if not large:
-            return None
-        room = pick(random, large, [room.area * max(room.sides) ** 2 for room in large])
-        rooms.remove(room)
-        rooms += _halves(random, room, smallest)
-    return rooms
-
-
 def _halves(random: np.random.RandomState, room: Room, smallest: int) -> list[Room]:
     """Split a room by a wall across its longer side; either side if they are about equal."""
     rows, columns = room.sides
@@ -149,13 +131,23 @@ class Shell:
         return [cell for doorway in self.doorways for cell in doorway]
 
 
-def build_shell(random: np.random.RandomState, shape: tuple[int, int], rooms: int, smallest: int) -> Shell | None:
-    """Draw the walls of a house of a shape, outer walls included; None without space for the rooms.
+def build_shell(random: np.random.RandomState, shape: tuple[int, int], count: int, smallest: int) -> Shell | None:
+    """Draw a house of a shape, outer walls included, with `count` rooms; None without enough space for them.
 
-    The shorter side of a room has at least `smallest` cells; a corridor counts as a room.
+    Walls are one cell thick. The shorter side of a room has at least `smallest` cells; a corridor, which counts as a
+    room, may be narrower.
     """
-    found = split(random, shape, rooms, smallest)
-    return None if found is None else Shell(shape, tuple(found), _doorways(random, shape, found))
+    rooms = [Room(1, 1, shape[0] - 2, shape[1] - 2)]
+    if count > 3 and draw(random, 100) < _CORRIDOR_SHARE:
+        rooms = _with_corridor(random, rooms[0], count, smallest) or rooms
+    while len(rooms) < count:
+        large = [room for room in rooms if not room.is_corridor and max(room.sides) > 2 * smallest]
+        if not large:
+            return None
+        room = pick(random, large, [room.area * max(room.sides) ** 2 for room in large])
+        rooms.remove(room)
+        rooms += _halves(random, room, smallest)
+    return Shell(shape, tuple(rooms), _doorways(random, shape, rooms))
 
 
 def _doorways(random: np.random.RandomState, shape: tuple[int, int], rooms: list[Room]) -> tuple[tuple[Cell, ...], ...]:

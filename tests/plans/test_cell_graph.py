@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from random_plans import plan_texts
 from walks import STEPS, distances
 
-from caregiver_mj.plans.cell_graph import ACTION_NAMES, ACTIONS, UNREACHABLE, Target
+from caregiver_mj.plans.cell_graph import ACTIONS, UNREACHABLE, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 PLANS = plan_texts().map(FloorPlan.parse)
@@ -19,7 +19,7 @@ def test_moves_are_what_the_plan_shows(plan):
              "B": Target.BIN}  # fmt: skip
     objects = {Target.STAIRWELL: plan.stairwells, Target.TABLE: plan.tables, Target.BIN: plan.bins}
     next_cell, target, index = plan.graph.moves
-    assert dict(zip(ACTION_NAMES, ACTIONS, strict=True)) == STEPS
+    assert tuple(STEPS.values()) == ACTIONS
     for i, (row, column) in enumerate(plan.free_cells):
         for action, (down, right) in enumerate(STEPS.values()):
             there = row + down, column + right
