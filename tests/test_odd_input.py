@@ -167,6 +167,8 @@ ODD = {
         (lambda: policy_of("knows-goal", sight="walls"), "sight must be all with a caregiver that needs privileged"),
         (lambda: load("block_stairs", cell_size(PAPER, 0.5)), r"cells of at least 0\.54 m, as wide as the robot, got"),
         (lambda: load(house=cell_size(GATES, 1.0)), r"cells must be of 0\.75 m in a house with gates, got 1"),
+        (lambda: load("relocate_candle", GATES), r"relocate_candle needs a candle \(C\), .* 'gates' has none"),
+        (lambda: load("relocate_candle", task_kwargs={"robot": False}), "relocate_candle needs the robot"),
         (lambda: load(environment_kwargs={"time_limit": 3}), "must be without time_limit: give it in task_kwargs"),
         (lambda: task(embodiment=3), r"robot must be a name \(mobile_fr3, mobile_ur5e\) or an"),
         (lambda: task(colour="red"), "task_kwargs: got an unexpected keyword argument 'colour'"),

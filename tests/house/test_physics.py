@@ -8,6 +8,7 @@ import pytest
 from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.children.walk import ToddlerWalk
 from caregiver_mj.house.physics import Physics
+from caregiver_mj.house.robot_body import TargetRamp
 from caregiver_mj.plans import layout
 
 #                        west          east
@@ -124,3 +125,32 @@ def test_each_child_feels_what_it_touches_and_the_others_do_not(thing):
     for touch in physics.touches:  # a contact may have several points
         np.testing.assert_allclose(touch.direction, towards, atol=1e-6)
         assert touch.speed == 0.0
+
+
+# Targets made smooth over the physics steps: on the line, half a timestep later, and there in the end.
+STEPS = 4
+LATE = (STEPS - 1) / 2  # physics steps
+
+
+def follow(ramp: TargetRamp, controls: np.ndarray, targets: np.ndarray, steps: int = STEPS) -> np.ndarray:
+    """What the actuators are told at every physics step, of targets (n, actuators)."""
+    found = []
+    for target in targets:
+        ramp.lead_to(target, steps)
+        for _ in range(steps):
+            ramp.advance()
+            found.append(controls.copy())
+    return np.array(found)
+
+
+def test_targets_on_a_parabola_are_followed_with_a_slope_that_has_no_corners():
+    controls = np.zeros(2)
+    ends = np.arange(1, 30) * STEPS
+    found = follow(TargetRamp(controls), controls, np.stack([ends, ends**2], axis=1))
+    steps = np.arange(1, len(found) + 1)
+    line, parabola = found[2 * STEPS :].T
+    np.testing.assert_allclose(line, steps[2 * STEPS :] - LATE)
+    # A parabola's chords, averaged, are everywhere as far off it.
+    off = parabola - (steps[2 * STEPS :] - LATE) ** 2
+    np.testing.assert_allclose(off, off[0])
+    np.testing.assert_allclose(np.diff(parabola, 2), 2.0)
