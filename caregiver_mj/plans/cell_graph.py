@@ -128,7 +128,7 @@ class CellGraph:
     # -- Distances -------------------------------------------------------------------------------
 
     def distances_from(
-        self, goals: Sequence[int | Sequence[int] | np.ndarray], closed: int | Collection[int] = ()
+        self, goals: Sequence[int | Sequence[int] | np.ndarray], closed: Collection[int] = ()
     ) -> np.ndarray:
         """Return the caregiver's walking distances, in moves, int16 (goals, caregiver cells).
 
@@ -187,7 +187,7 @@ class CellGraph:
 
         return csgraph.depth_first_order(_as_graph(self._edges, self._cells), 0)
 
-    def parts(self, closed: int | Collection[int] = ()) -> np.ndarray:
+    def parts(self, closed: Collection[int] = ()) -> np.ndarray:
         """Return the number of each cell's part of the house, divided by closed cells, (caregiver cells,)."""
         from scipy.sparse import csgraph
 
@@ -206,7 +206,7 @@ class CellGraph:
         goals: Sequence[int | Sequence[int] | np.ndarray],
         edges: np.ndarray,
         cells: int,
-        closed: int | Collection[int] = (),
+        closed: Collection[int] = (),
     ) -> np.ndarray:
         from scipy.sparse import csgraph
 
@@ -217,7 +217,7 @@ class CellGraph:
             # Every goal is a further node, with one-way edges to its cells.
             entries = [(cells + i, cell) for i, goal in enumerate(some) for cell in np.atleast_1d(goal)]
             entry = np.array(entries, int).reshape(-1, 2)
-            entry = entry[~np.isin(entry[:, 1], _indices(closed))]
+            entry = entry[~np.isin(entry[:, 1], [*closed])]
             graph = _as_graph(np.concatenate([edges, entry]), cells + len(some))
             sources = cells + np.arange(len(some))
             found = csgraph.dijkstra(graph, unweighted=True, indices=sources)[:, :cells] - 1
@@ -243,19 +243,14 @@ class CellGraph:
     def _child_edges(self) -> np.ndarray:
         return self._edges[(self._edges < self._free).all(axis=1)]
 
-    def _open_edges(self, closed: int | Collection[int]) -> np.ndarray:
-        shut = _indices(closed)
-        return self._edges[~np.isin(self._edges, shut).any(axis=1)] if shut.size else self._edges
+    def _open_edges(self, closed: Collection[int]) -> np.ndarray:
+        return self._edges[~np.isin(self._edges, [*closed]).any(axis=1)] if closed else self._edges
 
     @functools.cached_property
     def _self_and_neighbours(self) -> np.ndarray:
         """Every caregiver cell, then the cells north, east, south and west, itself for none: (cells, 5)."""
         here = np.arange(self._cells)[:, None]
         return np.concatenate([here, np.where(self.around >= 0, self.around, here)], axis=1)
-
-
-def _indices(cells: int | Collection[int]) -> np.ndarray:
-    return np.atleast_1d(np.array(list(cells) if isinstance(cells, Collection) else cells, int))
 
 
 def _as_graph(edges: np.ndarray, size: int) -> Any:
