@@ -114,7 +114,7 @@ def parse_json(content: bytes | str) -> Any:
 def _finite(number: str) -> float:
     if math.isfinite(found := float(number)):
         return found
-    raise ValueError(f"a number must be finite, got {number}")
+    raise ValueError(f"a number must be finite, got {number[:30]}")
 
 
 def visible(text: str) -> str:
