@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import json
+import math
 import os
 import re
 import stat
@@ -105,13 +106,15 @@ def parse_json(content: bytes | str) -> Any:
     if (brackets := text.count("[") + text.count("{")) > MOST_BRACKETS:
         raise ValueError(f"a JSON text must have at most {MOST_BRACKETS:,} lists and objects, got {brackets:,}")
     try:
-        return json.loads(text, parse_constant=_refuse)
+        return json.loads(text, parse_constant=_finite, parse_float=_finite)
     except RecursionError:
         raise ValueError("too deeply nested") from None
 
 
-def _refuse(constant: str) -> NoReturn:
-    raise ValueError(f"a number must be finite, got {constant}")
+def _finite(number: str) -> float:
+    if math.isfinite(found := float(number)):
+        return found
+    raise ValueError(f"a number must be finite, got {number[:30]}")
 
 
 def visible(text: str) -> str:

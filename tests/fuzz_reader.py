@@ -19,8 +19,6 @@ import pandas as pd
 from caregiver_mj import cli
 from caregiver_mj.caregivers.answers import replayed
 
-READERS, COUNT = sys.argv[1].split(","), int(sys.argv[2])
-GIVEN, SCRATCH = map(pathlib.Path, sys.argv[3:5])
 ODD = [None, True, -1, 0, 5, 10**18, 10**400, 1e308, float("nan"), float("inf"), "", "\x1b[31m\u202e", "x" * 10**5]
 ODD += [[], {}]
 ODD += ["antigravity:x", "os:abort", "http://127.0.0.1:9/x", "chat:X", "[/foo]", "venv.__main__:x:0.5"]
@@ -68,24 +66,33 @@ def flipped(content, lots):
     return bytes(found)
 
 
+def parts_of(path):
+    with zipfile.ZipFile(path) as file:
+        return {name: json.loads(file.read(name)) for name in file.namelist() if name != "sha256.json"}
+
+
+def write(path, parts):
+    """Write a submission, with checksums that fit."""
+    texts = {name: json.dumps(part) for name, part in parts.items()}
+    sums = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in texts.items()}
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:
+        for name, text in {**texts, "sha256.json": json.dumps(sums)}.items():
+            file.writestr(name, text)
+
+
 def submission(path, lots):
-    content = (GIVEN / "a.submission").read_bytes()
+    given = GIVEN / "a.submission"
     if lots.random() < 0.2:
-        path.write_bytes(flipped(content, lots))
+        path.write_bytes(flipped(given.read_bytes(), lots))
         return
-    with zipfile.ZipFile(io.BytesIO(content)) as file:
-        parts = {name: json.loads(file.read(name)) for name in file.namelist() if name != "sha256.json"}
+    parts = parts_of(given)
     name = lots.choice([*parts, "run.json", "run.json"])
     if name.startswith("episodes") and lots.random() < 0.5:
         answers = base64.b64decode(parts[name]["answers"])
         parts[name]["answers"] = base64.b64encode(flipped(answers, lots)).decode()
     else:
         parts[name] = mutated(parts[name], lots)
-    texts = {one: json.dumps(part) for one, part in parts.items()}
-    sums = {one: hashlib.sha256(text.encode()).hexdigest() for one, text in texts.items()}
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:
-        for one, text in {**texts, "sha256.json": json.dumps(sums)}.items():
-            file.writestr(one, text)
+    write(path, parts)
 
 
 def folder(path, lots, given):
@@ -167,4 +174,7 @@ def main():
         print(json.dumps(told), flush=True)
 
 
-main()
+if __name__ == "__main__":
+    READERS, COUNT = sys.argv[1].split(","), int(sys.argv[2])
+    GIVEN, SCRATCH = map(pathlib.Path, sys.argv[3:5])
+    main()

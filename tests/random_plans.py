@@ -7,8 +7,8 @@ objects heaped up, landings in the only short way.
 
 import numpy as np
 from hypothesis import strategies as st
+from walks import distances, neighbours
 
-_STEPS = ((-1, 0), (0, 1), (1, 0), (0, -1))
 SMALLEST, LARGEST = 5, 20  # rows or columns
 
 
@@ -80,12 +80,5 @@ def _is_valid(grid: np.ndarray) -> bool:
     free = {(int(r), int(c)) for r, c in np.argwhere(grid == ".")}
     if not free:
         return False
-    seen = {min(free)}
-    front = list(seen)
-    while front:
-        row, column = front.pop()
-        new = {(row + down, column + right) for down, right in _STEPS} & free - seen
-        seen |= new
-        front += new
     objects = np.argwhere((grid != ".") & (grid != "#"))
-    return seen == free and all(any((r + down, c + right) in free for down, right in _STEPS) for r, c in objects)
+    return set(distances(free, min(free))) == free and all(free.intersection(neighbours(thing)) for thing in objects)

@@ -25,9 +25,8 @@ from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.grid.world import GridWorld, run_episodes
 from caregiver_mj.interventions.verb import Intervention, Interventions, verb_of
-from caregiver_mj.plans.generator import design, generate
+from caregiver_mj.plans.generator import Request, design, generate
 from caregiver_mj.plans.hazards import NOTHING, DamageWeights
-from caregiver_mj.plans.request import Request
 from caregiver_mj.plans.sets import house_set
 from caregiver_mj.plans.visibility import Sight
 from caregiver_mj.policy.own import OwnPolicy
@@ -168,6 +167,8 @@ ODD = {
         (lambda: policy_of("knows-goal", sight="walls"), "sight must be all with a caregiver that needs privileged"),
         (lambda: load("block_stairs", cell_size(PAPER, 0.5)), r"cells of at least 0\.54 m, as wide as the robot, got"),
         (lambda: load(house=cell_size(GATES, 1.0)), r"cells must be of 0\.75 m in a house with gates, got 1"),
+        (lambda: load("relocate_candle", GATES), r"relocate_candle needs a candle \(C\), .* 'gates' has none"),
+        (lambda: load("relocate_candle", task_kwargs={"robot": False}), "relocate_candle needs the robot"),
         (lambda: load(environment_kwargs={"time_limit": 3}), "must be without time_limit: give it in task_kwargs"),
         (lambda: task(embodiment=3), r"robot must be a name \(mobile_fr3, mobile_ur5e\) or an"),
         (lambda: task(colour="red"), "task_kwargs: got an unexpected keyword argument 'colour'"),
@@ -179,6 +180,10 @@ ODD = {
         (lambda: task(random=5), "random must be given once"),
         *((lambda x=x: task(table_height=x), r"table_height must be a height in 0\.45 to 0\.75 m") for x in HEIGHTS),
         (lambda: task(sensing={"cat": {}}), "sensing has no 'cat': there are candle, child, base, delay"),
+        (lambda: task(sensing="x"), "sensing must be a Sensing or a dictionary, got 'x'"),
+        (lambda: task(sensing={"base": None}), "sensing: base must be a Blur or a dictionary, got None"),
+        (lambda: task(sensing={"delay": []}), r"sensing: delay must be in 0 to .* got \[\]"),
+        (lambda: task(sensing={"base": {"noise": "x"}}), "base.noise must be 0 or more, got 'x'"),
         (lambda: task(sensing={"base": {"blur": 1}}), "sensing: base has no 'blur': there are noise, bias"),
         (lambda: task(sensing={"child": {"noise": -0.1}}), "child.noise must be 0 or more, got -0.1"),
         (lambda: task(sensing={"child": {"dropout": 1.0}}), "child.dropout must be in 0 to 0.95, got 1.0"),
@@ -196,14 +201,17 @@ ODD = {
     ],
     "floor plan": [
         (lambda: caregiver_mj.FloorPlan.parse(None), "text of a floor plan must be a str"),
-        (lambda: caregiver_mj.FloorPlan.parse(TEXT, cell_size=None), "cell size"),
-        (lambda: caregiver_mj.FloorPlan.parse(TEXT, cell_size=np.nan), "cell size"),
+        *(
+            (lambda x=x: caregiver_mj.FloorPlan.parse(TEXT, cell_size=x), "cell size must be above 0 and at most 1.1 m")
+            for x in (None, np.nan, 0, 1.2, 1000.0)
+        ),
         (lambda: caregiver_mj.FloorPlan.load("test-100/house-" + "1" * 5000), "house-1111"),
         (lambda: caregiver_mj.FloorPlan.parse(TEXT, None), "name of a floor plan must be a str"),
         (lambda: caregiver_mj.FloorPlan.parse(TEXT, damage=3), "damage, if no DamageWeights or mapping, must be a str"),
-        (lambda: DamageWeights("a"), "damage of a stairwell must be a number"),
-        (lambda: DamageWeights(np.inf), "damage of a stairwell must be a number"),
-        (lambda: DamageWeights(1e308), r"damage of a stairwell must be at most 1e\+06"),
+        *(
+            (lambda x=x: DamageWeights(x), r"the damage of a stairwell must be in 0 to 1e\+06, got")
+            for x in ("a", -1, 1e308, np.inf, np.nan)
+        ),
         (lambda: generate(1.5), "the seed must be an integer"),
         (lambda: generate(0, (10,)), "size must be columns and rows"),
         (lambda: generate(0, (10.5, 10)), "rows and columns must be 5 to 100, got 10.5"),
@@ -226,7 +234,7 @@ ODD = {
         (lambda: DamageWeights.of({"stove": 3}), "no kind of damage 'stove'"),
         (lambda: DamageWeights.of("candle=3,candle=4"), "must name each kind once, got 'candle=3,candle=4'"),
         (lambda: DamageWeights.of("candle=3:4"), "must be KIND=NUMBER, such as stairwell=5,.* got 'candle=3:4'"),
-        (lambda: DamageWeights.of("candle=-1"), "the damage of a candle must be a number of at least 0, got -1"),
+        (lambda: DamageWeights.of("candle=-1"), "the damage of a candle must be in 0 to 1e"),
     ],
     "caregiver": [
         (lambda: policy(3), "a caregiver must be a str or Caregiver"),

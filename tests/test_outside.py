@@ -69,7 +69,7 @@ def test_a_file_is_read_if_it_is_one_and_no_larger_than_may_be(tmp_path):
     [
         ("[" * 100_000, "too deeply nested"),
         ("[" + "[]," * MOST_BRACKETS + "0]", "at most 500,000 lists and objects"),
-        ("[NaN]", "must be finite, got NaN"),
+        *((f"[{one}]", f"must be finite, got {one}") for one in ("NaN", "-Infinity", "1e999", "-1e999")),
         (" " * (LARGEST_JSON + 1), "at most 32,000,000 bytes"),
         (b"\xff", "utf-8"),
         ("1" * 5000, "4300"),

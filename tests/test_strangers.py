@@ -4,7 +4,6 @@
 """
 
 import base64
-import hashlib
 import io
 import json
 import os
@@ -17,6 +16,7 @@ import zipfile
 import numpy as np
 import pandas as pd
 import pytest
+from fuzz_reader import parts_of, write
 
 from caregiver_mj import cli
 
@@ -45,20 +45,6 @@ def acted(given):
     """A run of the robot in MuJoCo, whose answers can be given again."""
     argv = ["evaluate", "--world", "house", "--house", given / "tiny.txt", "--epsilon", 1, "--episodes", 1]
     assert not run(*argv, "--caregiver", "nearest", "--out", given / "acted")
-
-
-def parts_of(path):
-    with zipfile.ZipFile(path) as file:
-        return {name: json.loads(file.read(name)) for name in file.namelist() if name != "sha256.json"}
-
-
-def write(path, parts):
-    """Write a submission, with checksums that fit."""
-    texts = {name: json.dumps(part) for name, part in parts.items()}
-    sums = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in texts.items()}
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:
-        for name, text in {**texts, "sha256.json": json.dumps(sums)}.items():
-            file.writestr(name, text)
 
 
 NONE, NEAREST = "episodes/000000.json", "episodes/000001.json"
@@ -106,10 +92,6 @@ def bomb(shape, dtype="|u1", size=0):
     return edit
 
 
-def houses_5(parts):
-    parts["run.json"]["houses"] = 5
-
-
 def more_maps(parts):
     parts[NEAREST]["maps"]["0.5"] = parts[NEAREST]["maps"]["1"]
 
@@ -129,6 +111,42 @@ def damage_of_nobody(parts):
     parts[NEAREST]["rows"][0]["damage_by_child"].append(1.0)
 
 
+def _record(folder, **values):
+    _change_json(folder / "run.json", **values)
+
+
+def _summary(folder, **values):
+    _change_json(folder / "summary.json", **values)
+
+
+def _change_json(file, **values):
+    file.write_text(json.dumps(json.loads(file.read_text()) | values))
+
+
+def _harm(folder, **values):
+    (row,) = json.loads((folder / "summary.json").read_text())["harm"]
+    _summary(folder, harm=[row | values])
+
+
+def _table(folder, file, **columns):
+    pd.read_parquet(folder / file).assign(**columns).to_parquet(folder / file)
+
+
+def _without(folder, column):
+    file = folder / "episodes.parquet"
+    pd.read_parquet(file).drop(columns=column).to_parquet(file)
+
+
+def _rows(folder, which):
+    file = folder / "episodes.parquet"
+    pd.read_parquet(file).iloc[which].to_parquet(file)
+
+
+def _twice(folder):
+    file = folder / "run.json"
+    file.write_text(file.read_text().replace('"seed"', '"seed": 1, "seed"'))
+
+
 FILES = {
     "a plan named villa": (named_villa, "house 'villa' must be the package's, got another plan"),
     "a set of another plan": (called(houses="test-1"), "houses 'test-1' must be the package's, got other plans"),
@@ -141,7 +159,7 @@ FILES = {
     "answers of nobody": (forged, "the answers of 'none' must be none"),
     "an array of 100 MB": (bomb((10**8,), size=10**8), "must come to at most 64,000,000 bytes"),
     "rows of nothing": (bomb((10**8, 0)), "at most 10,000,000 numbers"),
-    "houses that are a number": (houses_5, "houses must be a str, got 5"),
+    "houses that are a number": (called(houses=5), "houses must be a str, got 5"),
     "a map more": (more_maps, "must have rows, maps and answers of"),
 }
 
@@ -162,12 +180,11 @@ def test_files_of_strangers_are_refused_and_the_others_are_on_the_board(given, t
 
 
 def test_a_robot_is_not_imported_either(given, tmp_path, capsys):
-    parts = parts_of(given / "a.submission")
-    parts["run.json"] |= {"world": "house", "embodiment": "antigravity:x"}
     from caregiver_mj.experiments.provenance import source_digest
     from caregiver_mj.experiments.settings import Settings
 
-    parts["run.json"]["source"] = source_digest("house")
+    parts = parts_of(given / "a.submission")
+    called(world="house", embodiment="antigravity:x", source=source_digest("house"))(parts)
     with pytest.raises(cli.CaregiverError, match="its robot must be one of mobile_fr3, mobile_ur5e"):
         Settings.of_record(parts["run.json"]).check_installed()
 
@@ -175,8 +192,7 @@ def test_a_robot_is_not_imported_either(given, tmp_path, capsys):
 def test_the_robot_of_a_run_in_the_grid_is_not_imported_for_a_film(given, tmp_path, capsys):
     """The film of a report is of the house, whatever world the run is of."""
     folder = shutil.copytree(given / "run", tmp_path / "run")
-    record = json.loads((folder / "run.json").read_text())
-    (folder / "run.json").write_text(json.dumps(record | {"embodiment": "antigravity:x"}))
+    _record(folder, embodiment="antigravity:x")
     assert run("report", folder, "--render") == 2
     assert "its robot must be one of mobile_fr3, mobile_ur5e" in capsys.readouterr().err
     assert "antigravity" not in sys.modules
@@ -184,8 +200,7 @@ def test_the_robot_of_a_run_in_the_grid_is_not_imported_for_a_film(given, tmp_pa
 
 def test_names_of_a_run_folder_are_only_shown(given, tmp_path, capsys):
     folder = shutil.copytree(given / "run", tmp_path / "run")
-    record = json.loads((folder / "run.json").read_text())
-    (folder / "run.json").write_text(json.dumps(record | {"families": ["antigravity:x:1"]}))
+    _record(folder, families=["antigravity:x:1"])
     for argv in (
         ["report", folder],
         ["compare", folder, folder],
@@ -209,8 +224,7 @@ def test_workers_import_nothing_from_the_working_folder(given, tmp_path, monkeyp
 @pytest.mark.parametrize("command", [["render", "--out", "a.mp4"], ["record", "--format", "minari", "--out", "set"]])
 def test_the_answers_of_a_run_take_no_plug_in_from_the_working_folder(given, tmp_path, monkeypatch, capsys, command):
     folder = shutil.copytree(given / "run", tmp_path / "run")
-    record = json.loads((folder / "run.json").read_text())
-    (folder / "run.json").write_text(json.dumps(record | {"families": ["evil:1"]}))
+    _record(folder, families=["evil:1"])
     for file in ("episodes.parquet", "maps.parquet"):
         _table(folder, file, family="evil:1")
     summary = (folder / "summary.json").read_text()
@@ -308,15 +322,6 @@ def test_a_second_start_in_a_folder_touches_nothing(tmp_path):
     assert not (tmp_path / "episodes" / "x.json.1.tmp").exists()
 
 
-def _table(folder, file, **columns):
-    pd.read_parquet(folder / file).assign(**columns).to_parquet(folder / file)
-
-
-def _summary(folder, **values):
-    file = folder / "summary.json"
-    file.write_text(json.dumps(json.loads(file.read_text()) | values))
-
-
 def test_runs_of_different_columns_are_not_pooled(given, tmp_path, capsys):
     _without(shutil.copytree(given / "run", tmp_path / "run"), "damage_gate")
     assert run("pool", tmp_path / "run", given / "other", "--out", tmp_path / "out") == 2
@@ -332,31 +337,6 @@ def test_figures_take_no_style_from_the_working_folder(tmp_path):
     (tmp_path / "matplotlibrc").write_text("text.usetex: true\n")
     script = "from caregiver_mj.viz import figure_style; assert not figure_style.mpl.rcParams['text.usetex']"
     subprocess.run([sys.executable, "-c", script], cwd=tmp_path, check=True, timeout=100)
-
-
-def _record(folder, **values):
-    file = folder / "run.json"
-    file.write_text(json.dumps(json.loads(file.read_text()) | values))
-
-
-def _harm(folder, **values):
-    (row,) = json.loads((folder / "summary.json").read_text())["harm"]
-    _summary(folder, harm=[row | values])
-
-
-def _without(folder, column):
-    file = folder / "episodes.parquet"
-    pd.read_parquet(file).drop(columns=column).to_parquet(file)
-
-
-def _rows(folder, which):
-    file = folder / "episodes.parquet"
-    pd.read_parquet(file).iloc[which].to_parquet(file)
-
-
-def _twice(folder):
-    file = folder / "run.json"
-    file.write_text(file.read_text().replace('"seed"', '"seed": 1, "seed"'))
 
 
 def test_verdicts_of_a_comparison_are_those_of_the_rows(given, tmp_path, capsys):

@@ -172,27 +172,23 @@ class _BoundedObservations:
             raise CaregiverError(f"no observation '{observation}' of the robot's own actions: there are numbers, flat")
         bounds = _bounds(env)
         within = {key: seen.within for key, seen in env.task.observed.items()}
-        self._boxes: dict[str, spaces.Space[Any]] = {
+        self._boxes = {
             key: _box(*bounds.get(within.get(key, ""), (-_UNKNOWN, _UNKNOWN)), spec.shape or (1,))
-            for key, spec in env.observation_spec().items()
+            for key, spec in sorted(env.observation_spec().items())  # the order of `spaces.Dict`
         }
         self._poses = {key for key in within if within[key] == "pose"}
-        self.keys = spaces.Dict(self._boxes)
-        self.space: spaces.Space[Any] = spaces.flatten_space(self.keys) if observation == "flat" else self.keys
+        self._is_flat, keys = observation == "flat", spaces.Dict({**self._boxes})
+        self.space: spaces.Space[Any] = spaces.flatten_space(keys) if self._is_flat else keys
 
     def __call__(self, observation: Mapping[str, np.ndarray]) -> dict[str, np.ndarray] | np.ndarray:
         """Return a clipped observation, in new arrays."""
         within = {}
-        for key in self.keys:
-            box = self._boxes[key]
-            assert isinstance(box, spaces.Box)
+        for key, box in self._boxes.items():
             value = np.array(observation[key], float).reshape(box.shape)
             if key in self._poses:
                 value[..., 2] = np.remainder(value[..., 2] + np.pi, 2 * np.pi) - np.pi
             within[key] = np.clip(value, box.low, box.high, out=value)
-        if self.space is self.keys:
-            return within
-        return np.concatenate([value.ravel() for value in within.values()])
+        return np.concatenate([value.ravel() for value in within.values()]) if self._is_flat else within
 
 
 def _box(low: np.ndarray | float, high: np.ndarray | float, shape: tuple[int, ...]) -> spaces.Box:

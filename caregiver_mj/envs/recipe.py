@@ -8,7 +8,6 @@ import copy
 import dataclasses
 import functools
 import importlib.metadata
-import inspect
 import pathlib
 import sys
 from typing import IO, Any
@@ -34,6 +33,7 @@ from caregiver_mj.plans.hazards import NOTHING, DamageWeights
 from caregiver_mj.policy.own import make_policy
 from caregiver_mj.recording.ledger import Rollout
 from caregiver_mj.recording.steps import RANDOM, TARGETS, About, Steps, frames_file, new_episode
+from caregiver_mj.registry import summary
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.tasks import TASKS
 
@@ -112,13 +112,9 @@ class Recording:
             rate, names = 1 / env.dm_env.control_timestep(), env.dm_env.action_spec().name.split("\t")
         else:
             rate, names = spec.child_speed / spec.plan.cell_size, ["target"]  # one decision per novice timestep
-        text = _TARGET_TASK
-        if spec.task != TARGETS:  # first line of the module's docstring
-            text = (inspect.getdoc(sys.modules[TASKS[spec.task].find_kind().__module__]) or spec.task).partition("\n")[
-                0
-            ]
+        kind = None if spec.task == TARGETS else TASKS[spec.task].find_kind()
         return About(
-            task=text,
+            task=(summary(sys.modules[kind.__module__]) or spec.task) if kind else _TARGET_TASK,
             robot=spec.embodiment if spec.world == "house" else "",
             policy="actions drawn at random" if spec.caregiver == RANDOM else f"caregiver '{spec.caregiver}'",
             rate=round(rate, 6),

@@ -241,9 +241,7 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
 
 def _seeds(seed: Seed | Sequence[Seed], count: int) -> list[int | None]:
     """Return a seed for each of `count` episodes: consecutive ones, the given ones, or None."""
-    if seed is None:
-        return [None] * count
-    if isinstance(seed, (np.random.Generator, np.random.RandomState)):
+    if seed is None or isinstance(seed, (np.random.Generator, np.random.RandomState)):
         return [plain_seed(seed) for _ in range(count)]
     if isinstance(seed, (int, np.integer)):
         return [int(seed) + i for i in range(count)]
@@ -255,4 +253,4 @@ def _seeds(seed: Seed | Sequence[Seed], count: int) -> list[int | None]:
     for own in seeds:
         if own is not None:
             check_integer("a seed", own, 0)
-    return [None if own is None else int(own) for own in seeds]
+    return seeds

@@ -10,15 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans import hazards
 from caregiver_mj.plans.hazards import Where
 
 Cell = tuple[int, int]  # (row, column)
 # The child's action set: north, east, south, west as (row, column) steps.
 ACTIONS: tuple[Cell, ...] = ((-1, 0), (0, 1), (1, 0), (0, -1))
-ACTION_NAMES = ("north", "east", "south", "west")
-UNREACHABLE = np.iinfo(np.int16).max  # distance between cells without a path
+UNREACHABLE = np.iinfo(np.int16).max  # distance between cells without a path; above `MOST_CELLS` of a plan
 _AT_ONCE = 2**20  # distances computed at a time, which bounds memory
 WALL, FREE, BIN = "#.B"
 STAIRWELL, CANDLE, TABLE = (kind.symbol for kind in (hazards.STAIRWELL, hazards.CANDLE, hazards.TABLE))
@@ -60,7 +58,6 @@ class CellGraph:
 
     def __init__(
         self,
-        name: str,
         symbols: np.ndarray,
         free_cells: Sequence[Cell],
         landings: Sequence[Cell],
@@ -71,7 +68,7 @@ class CellGraph:
         mouths: Mapping[Cell, Cell],
     ):
         """Take the attributes of a `FloorPlan`; symbols are (rows, columns)."""
-        self._name, self._symbols, self._mouths = name, symbols, mouths
+        self._symbols, self._mouths = symbols, mouths
         self._stairwells, self._tables, self._bins, self._floor_cells = stairwells, tables, bins, floor_cells
         places = [*free_cells, *landings]
         self._free, self._cells = len(free_cells), len(places)
@@ -131,12 +128,12 @@ class CellGraph:
     # -- Distances -------------------------------------------------------------------------------
 
     def distances_from(
-        self, goals: Sequence[int | Sequence[int] | np.ndarray], closed: int | Collection[int] = ()
+        self, goals: Sequence[int | Sequence[int] | np.ndarray], closed: Collection[int] = ()
     ) -> np.ndarray:
         """Return the caregiver's walking distances, in moves, int16 (goals, caregiver cells).
 
         Goals are cells, or groups of cells of which the nearest counts. Closed cells, such as children's, cannot be
-        entered. A distance without a path is `UNREACHABLE`; one beyond int16 raises CaregiverError.
+        entered. A distance without a path is `UNREACHABLE`.
         """
         return self._distances(goals, self._open_edges(closed), self._cells, closed)
 
@@ -190,14 +187,11 @@ class CellGraph:
 
         return csgraph.depth_first_order(_as_graph(self._edges, self._cells), 0)
 
-    def parts(self, closed: int | Collection[int] = ()) -> np.ndarray:
+    def parts(self, closed: Collection[int] = ()) -> np.ndarray:
         """Return the number of each cell's part of the house, divided by closed cells, (caregiver cells,)."""
-        return _components(_as_graph(self._open_edges(closed), self._cells))
+        from scipy.sparse import csgraph
 
-    def is_connected(self) -> np.ndarray:
-        """Return whether a child can walk from the first free cell to each cell, bool (free cells,)."""
-        part = _components(_as_graph(self._child_edges, self._free))
-        return part == part[0]
+        return csgraph.connected_components(_as_graph(self._open_edges(closed), self._cells))[1]
 
     def downhill(self, height: np.ndarray) -> np.ndarray:
         """Return for every caregiver cell the lowest of itself and its neighbours, itself if none is lower.
@@ -212,7 +206,7 @@ class CellGraph:
         goals: Sequence[int | Sequence[int] | np.ndarray],
         edges: np.ndarray,
         cells: int,
-        closed: int | Collection[int] = (),
+        closed: Collection[int] = (),
     ) -> np.ndarray:
         from scipy.sparse import csgraph
 
@@ -223,16 +217,11 @@ class CellGraph:
             # Every goal is a further node, with one-way edges to its cells.
             entries = [(cells + i, cell) for i, goal in enumerate(some) for cell in np.atleast_1d(goal)]
             entry = np.array(entries, int).reshape(-1, 2)
-            entry = entry[~np.isin(entry[:, 1], _indices(closed))]
+            entry = entry[~np.isin(entry[:, 1], [*closed])]
             graph = _as_graph(np.concatenate([edges, entry]), cells + len(some))
             sources = cells + np.arange(len(some))
             found = csgraph.dijkstra(graph, unweighted=True, indices=sources)[:, :cells] - 1
-            finite = np.isfinite(found)
-            if found.max(initial=0, where=finite) >= UNREACHABLE:
-                raise CaregiverError(
-                    f"floor plan '{self._name}' must have ways of at most {UNREACHABLE - 1} moves, got more"
-                )
-            distances[first : first + step] = np.where(finite, found, UNREACHABLE)
+            distances[first : first + step] = np.where(np.isfinite(found), found, UNREACHABLE)
         return distances
 
     # -- Edges -----------------------------------------------------------------------------------
@@ -254,9 +243,8 @@ class CellGraph:
     def _child_edges(self) -> np.ndarray:
         return self._edges[(self._edges < self._free).all(axis=1)]
 
-    def _open_edges(self, closed: int | Collection[int]) -> np.ndarray:
-        shut = _indices(closed)
-        return self._edges[~np.isin(self._edges, shut).any(axis=1)] if shut.size else self._edges
+    def _open_edges(self, closed: Collection[int]) -> np.ndarray:
+        return self._edges[~np.isin(self._edges, [*closed]).any(axis=1)] if closed else self._edges
 
     @functools.cached_property
     def _self_and_neighbours(self) -> np.ndarray:
@@ -265,20 +253,9 @@ class CellGraph:
         return np.concatenate([here, np.where(self.around >= 0, self.around, here)], axis=1)
 
 
-def _indices(cells: int | Collection[int]) -> np.ndarray:
-    return np.atleast_1d(np.array(list(cells) if isinstance(cells, Collection) else cells, int))
-
-
 def _as_graph(edges: np.ndarray, size: int) -> Any:
     """Return the `csr_array` of a graph of edges, (edges, 2), sorted by their first nodes."""
     from scipy.sparse import csr_array
 
     begins, ends = edges.T.copy()
     return csr_array((np.ones(len(edges)), ends, np.searchsorted(begins, np.arange(size + 1))), shape=(size, size))
-
-
-def _components(graph: Any) -> np.ndarray:
-    """Return the number of each node's connected component, (nodes,)."""
-    from scipy.sparse import csgraph
-
-    return csgraph.connected_components(graph)[1]

@@ -29,11 +29,13 @@ import numpy as np
 
 from caregiver_mj.errors import CaregiverError, FloorPlanError, check_kind
 from caregiver_mj.outside import LARGEST_PLAN, MOST_CELLS, read_file, visible
-from caregiver_mj.plans.cell_graph import ACTIONS, BIN, FREE, LEGEND, TABLE, WALKABLE, WALL, Cell, CellGraph
-from caregiver_mj.plans.hazards import KINDS, DamageWeights, Hazards, Where, kinds_at
+from caregiver_mj.plans.cell_graph import ACTIONS, BIN, FREE, LEGEND, UNREACHABLE, WALKABLE, WALL, Cell, CellGraph
+from caregiver_mj.plans.hazards import KINDS, TABLE, DamageWeights, Hazards, Where, kinds_at
 
 _FENCED = tuple(kind.symbol for kind in KINDS if kind.fenced)
-_LARGEST_CELL = 1e3  # m
+# m. A child that walks into a thing has half of a move to get there, enough for .70 of a cell. Beyond 1.12 m that ends
+# before the face of a toy bin in the next cell, at cell - BIN_HALF_SIZE - CHILD_RADIUS: it would reach no toy.
+_LARGEST_CELL = 1.1
 _EXCERPT = 100  # most characters of a line in an error
 _Problem = tuple[str, str]  # message and excerpt of a `FloorPlanError`
 # Functions that return a plan by name, or None. `plans/__init__.py` adds that of generated houses, which imports
@@ -117,9 +119,15 @@ class FloorPlan:
         if (cells := (last - first + 1) * max(map(len, lines))) > MOST_CELLS:
             raise FloorPlanError(f"floor plan '{name}' must have at most {MOST_CELLS:,} cells, got {cells:,}")
         if not (isinstance(cell_size, numbers.Real) and 0 < cell_size <= _LARGEST_CELL):
-            raise FloorPlanError(f"floor plan '{name}': the cell size must be a positive length, got {cell_size} m")
+            raise FloorPlanError(
+                f"floor plan '{name}': the cell size must be above 0 and at most {_LARGEST_CELL} m, so that a child "
+                f"reaches what stands in the next cell, got {cell_size} m"
+            )
         plan = cls(name, tuple(lines[first : last + 1]), float(cell_size), DamageWeights.of(damage))
-        validate(plan, first_line=first + 1)
+        for problems in (_of_rows, _of_border, _of_cells):  # in order: later problems may follow from earlier ones
+            if found := list(problems(plan, first + 1)):
+                messages, excerpts = zip(*found, strict=True)
+                raise FloorPlanError(*messages, excerpts=excerpts)
         return plan
 
     def __getstate__(self) -> dict[str, Any]:
@@ -191,7 +199,7 @@ class FloorPlan:
     def graph(self) -> CellGraph:
         """Moves and walking distances."""
         cells, objects = (self.free_cells, self.landings), (self.stairwells, self.tables, self.bins)
-        return CellGraph(self.name, self.symbols, *cells, *objects, self.floor_cells, self.mouths)
+        return CellGraph(self.symbols, *cells, *objects, self.floor_cells, self.mouths)
 
     @functools.cached_property
     def caregiver_cells(self) -> tuple[Cell, ...]:
@@ -273,10 +281,9 @@ class FloorPlan:
         return 0 <= cell[0] < height and 0 <= cell[1] < width and self[cell] == WALL
 
     def free_neighbours(self, cell: Cell) -> list[Cell]:
-        """Return the free cells north, east, south and west of a cell."""
+        """Return the free cells north, east, south and west of a cell, which is not on the border."""
         around = [(cell[0] + down, cell[1] + right) for down, right in ACTIONS]
-        height, width = self.shape
-        return [n for n in around if 0 <= n[0] < height and 0 <= n[1] < width and self[n] in WALKABLE]
+        return [there for there in around if self[there] in WALKABLE]
 
 
 def check_house(made: Any, plan: FloorPlan) -> None:
@@ -310,13 +317,7 @@ def _houses_folder() -> Traversable:
     return importlib.resources.files("caregiver_mj.models") / "houses"
 
 
-def validate(plan: FloorPlan, first_line: int) -> None:
-    """Raise FloorPlanError with all problems of a plan, which begins in line `first_line` of its text, from 1."""
-    # In order: later problems may follow from earlier ones.
-    for problems in (_of_rows, _of_border, _of_cells):
-        if found := list(problems(plan, first_line)):
-            messages, excerpts = zip(*found, strict=True)
-            raise FloorPlanError(*messages, excerpts=excerpts)
+# -- Problems of a plan, which begins in line `first_line` of its text, from 1 ----------------------------
 
 
 def _at(plan: FloorPlan, first_line: int, cell: Cell, problem: str) -> _Problem:
@@ -361,7 +362,7 @@ def _and_more(wrong: list[int]) -> str:
 
 
 def _of_cells(plan: FloorPlan, first_line: int) -> Iterator[_Problem]:
-    start, cut_off = plan.free_cells[0], np.flatnonzero(~plan.graph.is_connected()).tolist()
+    start, cut_off = plan.free_cells[0], np.flatnonzero(plan.graph.child_distances_from([0])[0] == UNREACHABLE).tolist()
     if cut_off:
         more = f", nor are {len(cut_off) - 1} more" if len(cut_off) > 1 else ""
         origin = f"line {start[0] + first_line}, column {start[1] + 1}"
@@ -384,5 +385,5 @@ def _of_cells(plan: FloorPlan, first_line: int) -> Iterator[_Problem]:
         yield f"floor plan '{plan.name}' has no toy bin (B) {everywhere}: the child has nowhere to go", ""
     if plan.candle_tables and len(plan.candle_tables) == len(plan.tables):
         things = " or ".join(dict.fromkeys(hazard.kind.name for hazard in plan.hazards.at(Where.ON_TABLE)))
-        problem = f"has no bare table ({TABLE}) {everywhere}: there is nowhere to take a {things}"
+        problem = f"has no bare table ({TABLE.symbol}) {everywhere}: there is nowhere to take a {things}"
         yield f"floor plan '{plan.name}' {problem}", ""

@@ -6,7 +6,10 @@ about, and the robot can drive to all places that it needs.
 
 from __future__ import annotations
 
+import dataclasses
+import re
 from collections.abc import Sequence
+from numbers import Integral
 from typing import Any
 
 import numpy as np
@@ -16,8 +19,7 @@ from caregiver_mj.plans.cell_graph import BIN, CANDLE, FREE, STAIRWELL, TABLE, W
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import BATTERY, GATE, MUG
 from caregiver_mj.plans.layout import Layout
-from caregiver_mj.plans.request import SEEDS, Request, draw, pick
-from caregiver_mj.plans.rooms import MAKERS, SHAPES, Shell, build_shell
+from caregiver_mj.plans.rooms import MAKERS, SHAPES, Shell, build_shell, draw, pick
 from caregiver_mj.plans.routes import yielding
 
 _TRIES = (3, 60)  # least and greatest number of tries; larger houses get fewer
@@ -32,6 +34,130 @@ REACH = 0.70  # m; from the base's centre to a candle on a table
 _RING: tuple[Cell, ...] = ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1))
 _NEAR_DOORWAY = 3  # cells; distance from a doorway that is on the way to it
 _SPACIOUS = 4  # cells; least length of a room's shorter side for a table in its middle
+
+# -- Requests ------------------------------------------------------------------------------------------
+
+SMALLEST, LARGEST = 5, 100  # rows or columns, outer walls included
+SEEDS = 2**32
+# Default contents: least and greatest numbers in a small and a large house, with areas within the outer walls of
+# `_AREAS` cells. Other areas are interpolated.
+_SIDES = (10, 18)  # rows or columns
+_AREAS = (8 * 8, 16 * 16)
+_USUAL = {
+    "rooms": ((2, 4), (4, 6)),
+    "stairwells": ((1, 2), (1, 4)),
+    "candles": ((2, 3), (2, 6)),
+    "tables": ((2, 3), (2, 6)),
+    "bins": ((2, 3), (2, 5)),
+}
+_ROOMY, _THINGS = 16, 12  # cells; least area of a house for each room, and for each thing of a kind
+_ADDED = ("gates", "mugs", "batteries")  # by default in homes only
+_LEAST = {"rooms": 1, "stairwells": 0, "candles": 0, "tables": 0, "bins": 1} | dict.fromkeys(_ADDED, 0)
+_FIELDS = (*_USUAL, *_ADDED)
+_MOST_BATTERIES = 3  # in a home, which has at least one
+
+
+@dataclasses.dataclass(frozen=True)
+class Request:
+    """A request for a house. Fields that are None are drawn from the seed."""
+
+    seed: int  # from 0, below `SEEDS`
+    size: tuple[int, int] | None = None  # columns and rows, outer walls included
+    rooms: int | None = None  # number of rooms, including a corridor
+    stairwells: int | None = None
+    candles: int | None = None
+    tables: int | None = None
+    bins: int | None = None
+    gates: int | None = None
+    mugs: int | None = None
+    batteries: int | None = None
+    home: bool = False  # whether gates, mugs and batteries are drawn if None; else there are none
+
+    @property
+    def name(self) -> str:
+        """Name by which the house can be loaded: `house-17`, `home-17`, or `house-17-14x12-rooms3`."""
+        words = [f"{'home' if self.home else 'house'}-{self.seed}"]
+        if self.size is not None:
+            words.append("x".join(map(str, self.size)) if isinstance(self.size, Sequence) else str(self.size))
+        words += [f"{field}{count}" for field in _FIELDS if (count := getattr(self, field)) is not None]
+        return "-".join(words)
+
+    @classmethod
+    def from_name(cls, name: str) -> Request | None:
+        """Parse the name of a generated house; return None for another name."""
+        counts = "".join(rf"(?:-{field}(?P<{field}>\d{{1,9}}))?" for field in _FIELDS)
+        size = r"(?:-(?P<width>\d{1,9})x(?P<height>\d{1,9}))?"
+        found = re.fullmatch(rf"(house|home)-(?P<seed>\d{{1,20}}){size}{counts}", name, re.ASCII)
+        if found is None:
+            return None
+        sides = None if found["width"] is None else (int(found["width"]), int(found["height"]))
+        wishes = {field: None if found[field] is None else int(found[field]) for field in _FIELDS}
+        return cls(int(found["seed"]), sides, **wishes, home=found[1] == "home")
+
+    def check(self) -> None:
+        """Raise FloorPlanError if the request is impossible."""
+        if not isinstance(self.seed, Integral) or not 0 <= self.seed < SEEDS:
+            raise self.error(f"the seed must be an integer from 0 to {SEEDS - 1}, got {self.seed!r}")
+        if self.size is not None and not (isinstance(self.size, Sequence) and len(self.size) == 2):
+            raise self.error(f"size must be columns and rows, such as (14, 12), got {self.size!r}")
+        for side in self.size or ():
+            if not isinstance(side, Integral) or not SMALLEST <= side <= LARGEST:
+                raise self.error(f"rows and columns must be {SMALLEST} to {LARGEST}, got {side}")
+        for field, least in _LEAST.items():
+            count = getattr(self, field)
+            if count is not None and (not isinstance(count, Integral) or count < least):
+                raise self.error(f"{field} must be at least {least}, got {count}")
+        for field, thing in (("candles", "candle"), ("mugs", "mug")):
+            if getattr(self, field) and self.tables == 0:
+                raise self.error(f"tables must be at least 1 with a {thing}, got none: there is nowhere to take it")
+        batteries = self.home and self.batteries is None  # at least one
+        added = batteries or any(getattr(self, field) for field in _ADDED)
+        if not added and self.stairwells == 0 and 0 in (self.candles, self.tables):
+            raise self.error(
+                "stairwells and candles, which need a bare table, must be at least 1 together, got none: there is "
+                "nothing to protect a child from"
+            )
+
+    def error(self, problem: str) -> FloorPlanError:
+        """Return an error about this request."""
+        return FloorPlanError(f"floor plan '{self.name}' cannot be made: {problem}")
+
+    def settled(self) -> tuple[tuple[int, int], dict[str, int]]:
+        """Return the size and the numbers of all things, with open ones drawn.
+
+        In a home each stairwell has an open gate, and each thing on a table is a mug, with probability 1/2. Of the
+        unshut stairs in the homes of healthy children 45 % have an open gate, by the odds ratios and attributable
+        fractions in Kendrick et al., Arch Dis Child 2016. No such share is known for mugs and batteries.
+        """
+        random = np.random.RandomState(self.seed)
+        drawn = [_SIDES[0] + draw(random, _SIDES[1] - _SIDES[0] + 1) for _ in range(2)]
+        size = self.size or (drawn[0], drawn[1])
+        area = (size[0] - 2) * (size[1] - 2)
+        counts: dict[str, int] = {}
+        for field, (small, large) in _USUAL.items():
+            chance = draw(random, 2**32)  # always drawn, so that a given field does not change others
+            most = max(1, area // (_ROOMY if field == "rooms" else _THINGS))
+            low, high = (min(most, _between(area, *ends)) for ends in zip(small, large, strict=True))
+            counts[field] = low + chance * (high - low + 1) // 2**32
+        added = dict.fromkeys(_ADDED, 0)
+        if self.home:
+            for field, among in (("gates", "stairwells"), ("mugs", "candles")):
+                added[field] = (draw(random, 2**32) & ((1 << counts[among]) - 1)).bit_count()
+                counts[among] -= added[field]
+            added["batteries"] = 1 + draw(random, _MOST_BATTERIES)
+        counts |= added
+        if self.tables == 0:
+            counts["candles"] = counts["mugs"] = 0  # they need a bare table
+        counts |= {field: count for field in counts if (count := getattr(self, field)) is not None}
+        return size, counts
+
+
+def _between(area: int, small: int, large: int) -> int:
+    """Return the linear inter- or extrapolation between a small and a large area, at least 1."""
+    return max(1, small + round((large - small) * (area - _AREAS[0]) / (_AREAS[1] - _AREAS[0])))
+
+
+# -- Houses --------------------------------------------------------------------------------------------
 
 
 def generate(seed: int, size: tuple[int, int] | None = None, **wishes: Any) -> FloorPlan:
@@ -92,15 +218,17 @@ def generate_shape(shape: str, seed: int) -> FloorPlan:
 def furnished(random: np.random.RandomState, shell: Shell, counts: Sequence[int], name: str) -> FloorPlan | None:
     """Furnish a house; return its plan, or None unless it is valid and drivable.
 
-    The counts are of stairwells, candles, bare tables and bins, and optionally of gates, mugs and batteries.
+    Nothing divides a room, and each thing keeps a free cell beside it. The counts are of stairwells, candles, bare
+    tables and bins, and optionally of gates, mugs and batteries.
     """
     stairwells, candles, tables, bins, gates, mugs, batteries = (*counts, 0, 0, 0)[:7]
-    tables_with = {CANDLE: candles, MUG.symbol: mugs, TABLE: tables}
-    symbols = furnish(
-        random, shell, {STAIRWELL: stairwells + gates, BIN: bins}, tables_with, {BATTERY.symbol: batteries}
-    )
-    if symbols is None:
-        return None
+    on_tables = random.permutation(list(CANDLE * candles + MUG.symbol * mugs + TABLE * tables)).tolist()
+    house = _Furnished(shell)
+    symbols = house.grid
+    for kind in [*STAIRWELL * (stairwells + gates), *BIN * bins, *on_tables, *BATTERY.symbol * batteries]:
+        if (cell := house.find(random, kind)) is None:
+            return None
+        symbols[cell] = kind
     try:
         plan = FloorPlan.parse("\n".join(map("".join, symbols.tolist())), name)
         if gates:
@@ -184,32 +312,6 @@ _HABITS = {
     BIN: {"corner": 65, "wall": 35, "open": 0},
     TABLE: {"wall": 60, "open": 25, "corner": 15},
 }
-
-
-def furnish(
-    random: np.random.RandomState,
-    shell: Shell,
-    fixtures: dict[str, int],
-    tables: dict[str, int],
-    on_floor: dict[str, int],
-) -> np.ndarray | None:
-    """Furnish a house so that nothing divides a room, and each thing keeps a free cell beside it.
-
-    The numbers of things are by character; `fixtures` are stairwells and bins. Return the characters (rows, columns),
-    or None if a thing finds no place.
-    """
-    house = _Furnished(shell)
-    of_tables = random.permutation(_each(tables)).tolist()
-    for kind in [*_each(fixtures), *of_tables, *_each(on_floor)]:
-        cell = house.find(random, kind)
-        if cell is None:
-            return None
-        house.grid[cell] = kind
-    return house.grid
-
-
-def _each(counts: dict[str, int]) -> list[str]:
-    return [kind for kind, count in counts.items() for _ in range(count)]
 
 
 class _Furnished:

@@ -5,14 +5,12 @@ from __future__ import annotations
 import dataclasses
 import enum
 import functools
-import math
-import numbers
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TypeVar
 
 import numpy as np
 
-from caregiver_mj.errors import CaregiverError, check_kind
+from caregiver_mj.errors import CaregiverError, check_kind, check_number
 
 MOST_DAMAGE = 1e6  # of a collision; sums of it stay exact enough
 NOTHING = -1  # no hazard, no candle, no table, no action
@@ -89,7 +87,22 @@ BATTERY = HazardKind(
     cell=("free cell with a battery", "free cells with batteries"), at="batteries",
     harm="takes batteries off the floor", model="battery", colour=(186, 192, 206),
 )  # fmt: skip
-KINDS = (STAIRWELL, CANDLE, TABLE, GATE, MUG, BATTERY)  # a new kind needs a record here, and a model
+
+
+def distinct(*kinds: HazardKind) -> tuple[HazardKind, ...]:
+    """Return kinds, each once; raise CaregiverError if two kinds have the same name or symbol."""
+    for field in ("name", "symbol"):
+        first: dict[str, HazardKind] = {}
+        for kind in kinds:
+            if (other := first.setdefault(getattr(kind, field), kind)) != kind:
+                raise CaregiverError(
+                    f"the {field} of a kind of hazard must be its own, got {getattr(kind, field)!r} for {kind} and "
+                    f"{other}"
+                )
+    return tuple(dict.fromkeys(kinds))
+
+
+KINDS = distinct(STAIRWELL, CANDLE, TABLE, GATE, MUG, BATTERY)  # a new kind needs a record here, and a model
 _IN_SHORT = tuple(kind.name for kind in (STAIRWELL, CANDLE, TABLE))  # kinds of the short form "5:4:1"
 
 
@@ -118,10 +131,7 @@ class DamageWeights(Mapping[str, float]):
         for name, value in (given | by_name).items():
             if name not in self._weights:
                 raise CaregiverError(f"no kind of damage '{name}': there are {', '.join(self._weights)}")
-            if not (isinstance(value, numbers.Real) and 0 <= value < math.inf):
-                raise CaregiverError(f"the damage of a {name} must be a number of at least 0, got {value!r}")
-            if value > MOST_DAMAGE:
-                raise CaregiverError(f"the damage of a {name} must be at most {MOST_DAMAGE:g}, got {value!r}")
+            check_number(f"the damage of a {name}", value, 0.0, MOST_DAMAGE)
             self._weights[name] = float(value)
 
     @classmethod
@@ -246,12 +256,11 @@ class Hazards(Sequence[Hazard]):
     def number(self, where: Where, index: _Number) -> _Number:
         """Return the numbers of hazards by their indices in one place; raise CaregiverError if one is out of range."""
         first, end = self._spans[where]
-        wrong = np.less(index, NOTHING) | np.greater_equal(index, end - first)
-        if wrong.any():
+        wrong = np.asarray(index)[np.less(index, NOTHING) | np.greater_equal(index, end - first)]
+        if wrong.size:
             words = " or ".join(kind.name for kind in kinds_at(where))
-            last = f"from 0 to {end - first - 1}, or NOTHING ({NOTHING})"
-            there = last if end > first else f"NOTHING ({NOTHING}), for there is none"
-            raise CaregiverError(f"the number of a {words} must be {there}, got {int(np.asarray(index)[wrong][0])}")
+            there = f"from 0 to {end - first - 1}, or " if end > first else ""
+            raise CaregiverError(f"the number of a {words} must be {there}NOTHING ({NOTHING}), got {wrong[0]}")
         found = np.where(np.equal(index, NOTHING), NOTHING, np.add(index, first))
         return found if isinstance(index, np.ndarray) else int(found)
 

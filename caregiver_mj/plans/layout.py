@@ -27,6 +27,7 @@ WALL_THICKNESS = 0.25  # m; a brick wall
 GATE_OPEN, GATE_SHUT = math.radians(78.0), math.radians(1.0)  # rad; initial angle of gates, greatest angle if latched
 WALL_HEIGHT = 0.90  # m; low, so that cameras see into the house
 CEILING = 2.4  # m above the floor; height of ceiling cameras
+_IN_SIGHT: tuple[Cell, ...] = (-1, 0), (0, 1), (0, -1)  # steps into walls whose faces the overview camera sees
 
 
 def _find(model: str, tag: str, name: str) -> ElementTree.Element:
@@ -179,20 +180,21 @@ class Layout:
 
         They have walls on two opposite sides only. The cells of a narrow corridor are no doorways.
         """
+
+        def around(cell: Cell, down: int, right: int) -> list[Cell]:
+            return [(cell[0] + k * down, cell[1] + k * right) for k in (-1, 1)]
+
         passages = {
             (cell, (down, right))
             for cell in self.plan.free_cells
             for down, right in ((1, 0), (0, 1))
-            if all(self.plan.is_wall((cell[0] + k * right, cell[1] + k * down)) for k in (-1, 1))
-            and not any(self.plan.is_wall((cell[0] + k * down, cell[1] + k * right)) for k in (-1, 1))
+            if all(map(self.plan.is_wall, around(cell, right, down)))
+            and not any(map(self.plan.is_wall, around(cell, down, right)))
         }
-        return tuple(
-            sorted(
-                (cell, (down, right))
-                for cell, (down, right) in passages
-                if not any(((cell[0] + k * down, cell[1] + k * right), (down, right)) in passages for k in (-1, 1))
-            )
+        alone = (
+            (cell, step) for cell, step in passages if not any((near, step) in passages for near in around(cell, *step))
         )
+        return tuple(sorted(alone))
 
     @functools.cached_property
     def rooms(self) -> tuple[np.ndarray, ...]:
@@ -209,24 +211,19 @@ class Layout:
         Each is a cell wide and (cell - wall) / 2 deep. Walls to the south of a room have none: the overview camera sees
         only their backs.
         """
-        plan, alcoves, no_place = self.plan, self._alcoves, {cell for cell, _ in self.doorways}
-        half_wall = self.wall_thickness / 2
-        places = []
-        for cell in sorted((*plan.free_cells, *plan.bins, *plan.tables)):
-            for down, right in ((-1, 0), (0, 1), (0, -1)):
-                wall = (cell[0] + down, cell[1] + right)
-                beside = [(wall[0] + k * right, wall[1] + k * down) for k in (0, -1, 1)]  # most are not even wall
-                if cell in no_place or any(not self.plan.is_wall(w) or w in alcoves for w in beside):
-                    continue
-                inwards = np.array([-right, down])  # x and y
-                places.append((plan.position(wall) + half_wall * inwards, float(np.arctan2(inwards[1], inwards[0]))))
+        plan, places = self.plan, []
+        cells = {*plan.free_cells, *plan.bins, *plan.tables} - {cell for cell, _ in self.doorways}
+        for cell, outwards in itertools.product(sorted(cells), _IN_SIGHT):
+            wall = (cell[0] + outwards[0], cell[1] + outwards[1])
+            if self._is_straight(wall, outwards):
+                places.append(self._at_face(plan.position(wall), outwards))
         return places
 
     @functools.cached_property
     def stretches(self) -> tuple[Stretch, ...]:
         """The stretches of outer walls, except to the south, without stairs and ends of walls."""
         found: list[Stretch] = []
-        for (number, room), (down, right) in itertools.product(enumerate(self.rooms), ((-1, 0), (0, 1), (0, -1))):
+        for (number, room), (down, right) in itertools.product(enumerate(self.rooms), _IN_SIGHT):
             cells = [(row + down, column + right) for row, column in np.argwhere(room).tolist()]
             outer = [cell for cell in cells if self._is_outer(cell, (down, right))]
             previous: Cell | None = None
@@ -239,20 +236,24 @@ class Layout:
 
     def _is_outer(self, wall: Cell, outwards: Cell) -> bool:
         """Return whether a cell is straight wall with only the outside behind it."""
-        (down, right), plan = outwards, self.plan
-        beside = [(wall[0] + k * right, wall[1] + k * down) for k in (0, -1, 1)]  # most are not even wall
-        if any(not plan.is_wall(cell) or cell in self._alcoves for cell in beside):
-            return False
         parts = self._outside[3 * wall[0] : 3 * wall[0] + 3, 3 * wall[1] : 3 * wall[1] + 3]
-        edge = parts[0] if down else parts[:, 1 + right]
-        return bool(edge.all())
+        edge = parts[0] if outwards[0] else parts[:, 1 + outwards[1]]
+        return self._is_straight(wall, outwards) and bool(edge.all())
+
+    def _is_straight(self, wall: Cell, outwards: Cell) -> bool:
+        """Return whether a cell is wall without stairs, and those on both sides of it are, too."""
+        down, right = outwards
+        beside = ((wall[0] + k * right, wall[1] + k * down) for k in (0, -1, 1))  # most are not even wall
+        return all(self.plan.is_wall(cell) and cell not in self._alcoves for cell in beside)
 
     def face(self, stretch: Stretch) -> tuple[np.ndarray, float]:
         """Return the middle of a stretch at the foot of the wall's face, (2,), m, and the yaw that faces the room."""
-        down, right = stretch.outwards
-        inwards = np.array([-right, down])  # x and y
         middle = np.mean([self.plan.position(cell) for cell in stretch.cells], axis=0)
-        return middle + self.wall_thickness / 2 * inwards, float(np.arctan2(inwards[1], inwards[0]))
+        return self._at_face(middle, stretch.outwards)
+
+    def _at_face(self, middle: np.ndarray, outwards: Cell) -> tuple[np.ndarray, float]:
+        inwards = np.array([-outwards[1], outwards[0]])  # x and y
+        return middle + self.wall_thickness / 2 * inwards, float(np.arctan2(*inwards[::-1]))
 
     def walls_without(self, cells: Collection[Cell]) -> np.ndarray:
         """Return `walls` without those in some cells, (n, 4)."""
@@ -305,19 +306,16 @@ class Layout:
         A part at an edge of its cell is solid if the neighbour there is a wall, one in a corner if all three neighbours
         are. For neighbours stairs count as wall, so that walls reach up to them.
         """
-        wall = self._wall
-        height, width = wall.shape
-        padded = np.pad(wall, 1)
+        height, width = self._wall.shape
+        padded = np.pad(self._wall, 1)
 
         def neighbour(down: int, right: int) -> np.ndarray:
             return padded[1 + down : 1 + down + height, 1 + right : 1 + right + width]
 
         solid = np.zeros((3 * height, 3 * width), bool)
-        for down in (-1, 0, 1):
-            for right in (-1, 0, 1):
-                solid[1 + down :: 3, 1 + right :: 3] = (
-                    wall & neighbour(down, 0) & neighbour(0, right) & neighbour(down, right)
-                )
+        for down, right in itertools.product((-1, 0, 1), repeat=2):
+            around = self._wall & neighbour(down, 0) & neighbour(0, right) & neighbour(down, right)
+            solid[1 + down :: 3, 1 + right :: 3] = around
         return solid & ~self._at_alcove
 
     @functools.cached_property

@@ -6,12 +6,12 @@ Rooms result from recursive splitting. A shape, such as `hall`, also has things 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import TypeVar
 
 import numpy as np
 
 from caregiver_mj.plans.cell_graph import BIN, CANDLE, FREE, STAIRWELL, TABLE, WALL, Cell
-from caregiver_mj.plans.request import draw, pick
 from caregiver_mj.registry import summary
 
 _CORRIDOR_SHARE = 60  # % of houses of more than three rooms have a corridor
@@ -22,6 +22,19 @@ _TWO_CELLS_SHARE = 35  # % of doorways in long walls are two cells wide
 _WIDE_WALL = 4  # cells; least length of a wall for a doorway of two cells
 _LOOP_SHARE = 15  # % of the walls that need no doorway have one
 _DETOUR = 150  # extra cost of a doorway that leads neither to the corridor nor to the largest room (random cost: 100)
+
+Thing = TypeVar("Thing")
+
+
+def draw(random: np.random.RandomState, below: int) -> int:
+    """Return a random integer below `below`, the same on every machine: integers of `RandomState` are guaranteed."""
+    return int(random.randint(below, dtype=np.int64))
+
+
+def pick(random: np.random.RandomState, things: Sequence[Thing], weights: Sequence[int]) -> Thing:
+    """Return one of several things, drawn with integer weights."""
+    totals = np.cumsum(weights)
+    return things[int(np.searchsorted(totals, draw(random, int(totals[-1])), side="right"))]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -54,24 +67,6 @@ class Room:
         if axis == 0:
             return Room(self.top + first, self.left, self.top + first + length - 1, self.right, is_corridor)
         return Room(self.top, self.left + first, self.bottom, self.left + first + length - 1, is_corridor)
-
-
-def split(random: np.random.RandomState, shape: tuple[int, int], count: int, smallest: int) -> list[Room] | None:
-    """Divide a house into `count` rooms, a corridor included, with walls of one cell; None without enough space.
-
-    The shorter side of a room has at least `smallest` cells; a corridor may be narrower.
-    """
-    rooms = [Room(1, 1, shape[0] - 2, shape[1] - 2)]
-    if count > 3 and draw(random, 100) < _CORRIDOR_SHARE:
-        rooms = _with_corridor(random, rooms[0], count, smallest) or rooms
-    while len(rooms) < count:
-        large = [room for room in rooms if not room.is_corridor and max(room.sides) > 2 * smallest]
-        if not large:
-            return None
-        room = pick(random, large, [room.area * max(room.sides) ** 2 for room in large])
-        rooms.remove(room)
-        rooms += _halves(random, room, smallest)
-    return rooms
 
 
 def _halves(random: np.random.RandomState, room: Room, smallest: int) -> list[Room]:
@@ -136,13 +131,23 @@ class Shell:
         return [cell for doorway in self.doorways for cell in doorway]
 
 
-def build_shell(random: np.random.RandomState, shape: tuple[int, int], rooms: int, smallest: int) -> Shell | None:
-    """Draw the walls of a house of a shape, outer walls included; None without space for the rooms.
+def build_shell(random: np.random.RandomState, shape: tuple[int, int], count: int, smallest: int) -> Shell | None:
+    """Draw a house of a shape, outer walls included, with `count` rooms; None without enough space for them.
 
-    The shorter side of a room has at least `smallest` cells; a corridor counts as a room.
+    Walls are one cell thick. The shorter side of a room has at least `smallest` cells; a corridor, which counts as a
+    room, may be narrower.
     """
-    found = split(random, shape, rooms, smallest)
-    return None if found is None else Shell(shape, tuple(found), _doorways(random, shape, found))
+    rooms = [Room(1, 1, shape[0] - 2, shape[1] - 2)]
+    if count > 3 and draw(random, 100) < _CORRIDOR_SHARE:
+        rooms = _with_corridor(random, rooms[0], count, smallest) or rooms
+    while len(rooms) < count:
+        large = [room for room in rooms if not room.is_corridor and max(room.sides) > 2 * smallest]
+        if not large:
+            return None
+        room = pick(random, large, [room.area * max(room.sides) ** 2 for room in large])
+        rooms.remove(room)
+        rooms += _halves(random, room, smallest)
+    return Shell(shape, tuple(rooms), _doorways(random, shape, rooms))
 
 
 def _doorways(random: np.random.RandomState, shape: tuple[int, int], rooms: list[Room]) -> tuple[tuple[Cell, ...], ...]:

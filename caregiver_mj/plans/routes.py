@@ -45,7 +45,15 @@ class RouteTables:
 
     def __init__(self, plan: FloorPlan, places: Sequence[Sequence[int]]):
         """Prepare the tables; raise CaregiverError if the house is too large."""
-        check_size(plan, places)
+        # Of each table: cells of one child, places and ASIDE, caregiver cells.
+        shape = len(plan.free_cells), len(places) + 1, len(plan.caregiver_cells)
+        needed = _TABLES * math.prod(shape) * np.dtype(np.int16).itemsize
+        if needed > LARGEST:
+            raise CaregiverError(
+                f"floor plan '{plan.name}' is too large for a caregiver in the grid: with {len(plan.free_cells)} free "
+                f"cells, {len(plan.tables)} tables and {len(plan.stairwells)} stairwells the paths round a child would "
+                f"take {needed / 1e9:.1f} GB, more than {LARGEST / 1e9:.1f}"
+            )
         self._plan, self._yielding = plan, yielding(plan)
         self._stand = [list(place) for place in places]
         # Prefer cells in which a child cannot trap the caregiver.
@@ -55,7 +63,7 @@ class RouteTables:
         self._learning = threading.Lock()
         self._row_of: dict[tuple[int, ...], int] = {}  # row of the tables, by the children's cells
         # Only written rows use memory. The last place of a row is ASIDE.
-        self._distance, self._next_cell = (np.zeros(_shape(plan, places), np.int16) for _ in range(_TABLES))
+        self._distance, self._next_cell = (np.zeros(shape, np.int16) for _ in range(_TABLES))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Copy and pickle by `routes`, because the tables are large and shared."""
@@ -132,22 +140,6 @@ class RouteTables:
         # A caregiver beside a child moves away from it; none walks past one.
         away, out = (graph.distances_from(nearest, closed).astype(int) for closed in (shut, closed))
         return np.where(beside, UNREACHABLE + out, away)
-
-
-def check_size(plan: FloorPlan, places: Sequence[Sequence[int]]) -> None:
-    """Raise CaregiverError if the tables of a house could exceed a machine's memory."""
-    needed = _TABLES * math.prod(_shape(plan, places)) * np.dtype(np.int16).itemsize
-    if needed > LARGEST:
-        raise CaregiverError(
-            f"floor plan '{plan.name}' is too large for a caregiver in the grid: with {len(plan.free_cells)} free "
-            f"cells, {len(plan.tables)} tables and {len(plan.stairwells)} stairwells the paths round a child would "
-            f"take {needed / 1e9:.1f} GB, more than {LARGEST / 1e9:.1f}"
-        )
-
-
-def _shape(plan: FloorPlan, places: Sequence[Sequence[int]]) -> tuple[int, int, int]:
-    """Return the shape of each table: cells of one child, places and ASIDE, caregiver cells."""
-    return len(plan.free_cells), len(places) + 1, len(plan.caregiver_cells)
 
 
 def _lowest(height: np.ndarray, part: np.ndarray) -> np.ndarray:

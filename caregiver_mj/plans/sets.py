@@ -12,16 +12,14 @@ publishes its SHA-256 before the tests, and the secret after them.
 
 from __future__ import annotations
 
-import collections
 import hashlib
 import re
 from collections.abc import Iterable, Mapping
 
 from caregiver_mj.errors import FloorPlanError
 from caregiver_mj.plans.floor_plan import FloorPlan, house_names
-from caregiver_mj.plans.generator import design, generate_shape
+from caregiver_mj.plans.generator import Request, design, generate_shape
 from caregiver_mj.plans.hazards import DamageWeights
-from caregiver_mj.plans.request import Request
 from caregiver_mj.plans.rooms import SHAPES
 
 LARGEST_SET = 1000  # houses
@@ -102,23 +100,19 @@ def houses_named(
     Raises:
         FloorPlanError: A house or set is unknown, or two houses have the same name.
     """
-    plans: list[tuple[str, FloorPlan]] = []
-    names = [names] if isinstance(names, str) else names
-    for name in names:
+    found: dict[str, tuple[str, FloorPlan]] = {}  # by the plan's name: the given one, and the plan
+    for name in [names] if isinstance(names, str) else names:
         members = _names(name)
-        wanted = [name] if members is None else members
-        plans += [(one, FloorPlan.load(one, damage=damage)) for one in wanted]
-    counts = collections.Counter(plan.name for _, plan in plans)
-    if twice := [name for name, count in counts.items() if count > 1]:
-        for name in twice:
-            (first, plan), *others = ((one, plan) for one, plan in plans if plan.name == name)
-            if other := next((one for one, another in others if another != plan), None):
+        for one in [name] if members is None else members:
+            plan = FloorPlan.load(one, damage=damage)
+            other, same = found.setdefault(plan.name, (one, plan))
+            if same != plan:
                 raise FloorPlanError(
-                    f"houses must have different names, got '{name}' in '{first}' and '{other}': rename a file"
+                    f"houses must have different names, got '{plan.name}' in '{other}' and '{one}': rename a file"
                 )
-        several = f"{len(twice)} houses are named twice, such as '{twice[0]}'"
-        raise FloorPlanError(several if len(twice) > 1 else f"houses must be different, got '{twice[0]}' twice")
-    return tuple(plan for _, plan in plans)
+            if same is not plan:
+                raise FloorPlanError(f"houses must be different, got '{plan.name}' twice")
+    return tuple(plan for _, plan in found.values())
 
 
 def _names(name: str) -> list[str] | None:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import re
 
 import numpy as np
 
@@ -43,12 +44,10 @@ class Sight:
         """Parse `all`, `walls`, `camera` or `rooms:N`, or raise CaregiverError."""
         if isinstance(text, Sight):
             return text
-        name, _, number = str(text).partition(":")
-        if name in ("all", "walls", "camera") and not number and ":" not in str(text):
-            return cls(name)
-        if name == "rooms" and number.isascii() and number.isdigit():
-            return cls(name, int(number))
-        raise CaregiverError(f"sight must be all, walls, camera or rooms:N, got {text!r}")
+        found = re.fullmatch(r"all|walls|camera|(rooms):(\d{1,9})", str(text), re.ASCII)
+        if not found:
+            raise CaregiverError(f"sight must be all, walls, camera or rooms:N, got {text!r}")
+        return cls(found[1] or found[0], int(found[2] or 0))
 
     def __str__(self) -> str:
         return f"{self.name}:{self.cameras}" if self.name == "rooms" else self.name

@@ -188,7 +188,7 @@ class TestValueTable:
         best = np.empty_like(value)
         table._best(0, value, [], best)
         for child in range(len(TWO_ENDS.free_cells)):
-            far = TWO_ENDS.graph.distances_from([*range(cells)], child)
+            far = TWO_ENDS.graph.distances_from([*range(cells)], [child])
             for cell in set(range(cells)) - {child}:
                 reached = child * cells + np.flatnonzero(far[:, cell] <= 3)
                 assert best[child * cells + cell] == pytest.approx(value[reached].min(axis=0))

@@ -37,11 +37,11 @@ class Walker:
         return {name.removeprefix("toddler/"): np.array(looks)[:, i] for i, name in enumerate(names)}
 
 
-@pytest.mark.parametrize("robot", [False, True])
-def test_with_a_figure_everything_happens_exactly_as_without(robot):
-    states, shown = [], []
+@pytest.mark.parametrize("robot", ["", "mobile_fr3", "mobile_ur5e"])
+def test_without_visuals_the_house_is_smaller_and_everything_happens_exactly_as_with_them(robot):
+    states, shown, geoms = [], [], []
     for visuals in (True, False):
-        kwargs = {"robot": robot, "time_limit": 20.0}
+        kwargs = {"embodiment": robot, "time_limit": 20.0} if robot else {"robot": False, "time_limit": 20.0}
         env = load("supervise", ROOM, "1,1", random=1, task_kwargs=kwargs, visuals=visuals)
         timestep = env.reset()
         action = np.zeros(env.action_spec().shape)
@@ -50,6 +50,8 @@ def test_with_a_figure_everything_happens_exactly_as_without(robot):
             states.append(env.physics.get_state())
             shown.append(np.concatenate([np.ravel(value) for value in timestep.observation.values()]))
         assert len(env.physics.figures) == (2 if visuals else 0)
+        geoms.append(env.physics.model.ngeom)
+    assert geoms[1] < geoms[0] / 5
     assert env.task.outcome()["damage"] > 0
     half = len(states) // 2
     np.testing.assert_array_equal(states[:half], states[half:])

@@ -4,12 +4,13 @@ import mujoco
 import numpy as np
 import pytest
 
+from caregiver_mj import load
 from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 SMALL = FloorPlan.parse("#####\n#B.S#\n#..C#\n#T..#\n#####", "small")
-WIDE_CELLS = FloorPlan.parse("#######\n#B...C#\n#.....#\n#..S.T#\n#.....#\n#######", "wide_cells", cell_size=1.0)
+WIDE_CELLS = FloorPlan.parse("#######\n#B...C#\n#.....#\n#..S.T#\n#.....#\n#######", "wide_cells", cell_size=1.1)
 PLANS = [FloorPlan.load("paper"), SMALL, WIDE_CELLS]
 TODDLER_RADIUS = 0.12  # metres
 
@@ -104,6 +105,14 @@ def test_tables_and_walls_stop_the_toddler(paper: House):
         assert any(other.startswith(name) for other in touched), name
         # It may dent a face that stops it by a few millimetres, no more.
         assert (paper.toddler_position - face) @ direction < -TODDLER_RADIUS + 0.004
+
+
+def test_a_child_gets_to_its_toys_in_the_largest_cells_that_a_plan_may_have():
+    env = load("supervise", WIDE_CELLS, 0.0, 0, {"robot": False, "time_limit": 30.0}, visuals=False)
+    env.reset()
+    while not env.step(()).last():
+        pass
+    assert env.task.outcome()["toys_reached"] > 0
 
 
 def test_toddler_pushes_a_candle_over_and_the_floor_catches_it(paper: House):

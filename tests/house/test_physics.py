@@ -8,6 +8,7 @@ import pytest
 from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.children.walk import ToddlerWalk
 from caregiver_mj.house.physics import Physics
+from caregiver_mj.house.robot_body import TargetRamp
 from caregiver_mj.plans import layout
 
 #                        west          east
@@ -25,9 +26,9 @@ def walk_at(x, y, yaw=0.0, velocity=(0.0, 0.0)) -> ToddlerWalk:
     return walk
 
 
-def house(children=1, robot=False, visuals=True) -> Physics:
+def house(children=1, robot=False) -> Physics:
     """A house with its children out of everybody's way, in a row."""
-    physics = Physics.from_plan(PLAN, robot, children=children, visuals=visuals)
+    physics = Physics.from_plan(PLAN, robot, children=children)
     with physics.reset_context():
         for child in range(children):
             physics.set_toddler(walk_at(*PLAN.position(ROOMY)), child)
@@ -36,20 +37,6 @@ def house(children=1, robot=False, visuals=True) -> Physics:
         if robot:
             physics.set_robot(np.array([*PLAN.position((3, 4)), 0.0]))
     return physics
-
-
-@pytest.mark.parametrize("robot", ["mobile_fr3", "mobile_ur5e"])
-def test_without_visuals_the_house_is_smaller_and_everything_moves_exactly_as_with_them(robot):
-    seen, bare = (house(robot=robot, visuals=visuals) for visuals in (True, False))
-    assert bare.model.ngeom < seen.model.ngeom / 5
-    assert bare.model.nbody < seen.model.nbody
-    for physics in (seen, bare):
-        action = np.full(physics.action_spec().shape, 0.2)
-        for _ in range(100):  # two seconds
-            physics.set_action(action)
-            physics.step(4)
-    np.testing.assert_array_equal(bare.data.qpos, seen.data.qpos)
-    np.testing.assert_array_equal(bare.data.qvel, seen.data.qvel)
 
 
 def test_everything_falls_asleep_at_the_speeds_at_which_it_does_without_visuals():
@@ -138,3 +125,32 @@ def test_each_child_feels_what_it_touches_and_the_others_do_not(thing):
     for touch in physics.touches:  # a contact may have several points
         np.testing.assert_allclose(touch.direction, towards, atol=1e-6)
         assert touch.speed == 0.0
+
+
+# Targets made smooth over the physics steps: on the line, half a timestep later, and there in the end.
+STEPS = 4
+LATE = (STEPS - 1) / 2  # physics steps
+
+
+def follow(ramp: TargetRamp, controls: np.ndarray, targets: np.ndarray, steps: int = STEPS) -> np.ndarray:
+    """What the actuators are told at every physics step, of targets (n, actuators)."""
+    found = []
+    for target in targets:
+        ramp.lead_to(target, steps)
+        for _ in range(steps):
+            ramp.advance()
+            found.append(controls.copy())
+    return np.array(found)
+
+
+def test_targets_on_a_parabola_are_followed_with_a_slope_that_has_no_corners():
+    controls = np.zeros(2)
+    ends = np.arange(1, 30) * STEPS
+    found = follow(TargetRamp(controls), controls, np.stack([ends, ends**2], axis=1))
+    steps = np.arange(1, len(found) + 1)
+    line, parabola = found[2 * STEPS :].T
+    np.testing.assert_allclose(line, steps[2 * STEPS :] - LATE)
+    # A parabola's chords, averaged, are everywhere as far off it.
+    off = parabola - (steps[2 * STEPS :] - LATE) ** 2
+    np.testing.assert_allclose(off, off[0])
+    np.testing.assert_allclose(np.diff(parabola, 2), 2.0)

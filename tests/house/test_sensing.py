@@ -1,14 +1,12 @@
-"""What the robot's senses make of what there is: errors, gaps, delay; and what is refused."""
+"""What the robot's senses make of what there is: errors, gaps, delay."""
 
 import math
-import re
 
 import numpy as np
 import pytest
 
-from caregiver_mj import CaregiverError, load
+from caregiver_mj import load
 from caregiver_mj.house.sensing import Sensing, Sensor
-from caregiver_mj.outside import parse_json
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.hazards import CANDLE
 
@@ -163,23 +161,3 @@ def test_rough_sensing_is_of_the_same_episode():
         assert rough[20][key] == pytest.approx(plain[17][key], abs=0.5)
     for key, shape in env.observation_spec().items():
         assert rough[20][key].shape == shape.shape
-
-
-def test_changed_json_of_sensing_is_read_or_refused():
-    random = np.random.RandomState(0)
-    tokens = re.findall(r"[\w.]+|\W", '{"delay": 0.06, "base": {"noise": 0.005, "dropout": 0.1}}')
-    odd = ["null", "1e999", "NaN", "-1", "[]", "{}", '"x"', "[" * 2000, "9" * 400, "true", "{", "}", ":", "base"]
-    outcomes = set()
-    for _ in range(500):
-        found = list(tokens)
-        for _ in range(random.randint(1, 4)):
-            place = random.randint(len(found))
-            found[place : place + random.randint(2)] = [odd[random.randint(len(odd))]]
-        try:
-            Sensing.of(parse_json("".join(found)))
-            outcomes.add("read")
-        except ValueError:
-            outcomes.add("no JSON")
-        except CaregiverError as error:
-            outcomes.add("several lines" if "\n" in str(error) else "refused")
-    assert outcomes == {"read", "no JSON", "refused"}

@@ -22,6 +22,7 @@ from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import CHILD_RADIUS
 
 PLAN = FloorPlan.parse("#######\n#B.C..#\n#..C..#\n#....T#\n#######", "candles")
+PAPER = FloorPlan.load("paper")
 HEIGHT = 0.60  # metres, of a table
 
 
@@ -94,6 +95,21 @@ def test_a_mug_that_lies_is_on_its_table_though_its_foot_is_higher_than_that_of_
     for above, on_it in ((0.041, True), (0.2, False)):
         physics.set_candle(0, np.array([x, y, HEIGHT + above]), 0.0)
         assert found.are_on(physics, 2).any() == on_it
+
+
+def test_candles_stand_on_tables_of_any_height_and_the_heights_are_seen():
+    env = load("supervise", PAPER, random=1, task_kwargs={"table_height": (0.45, 0.75)}, visuals=False)
+    observation, task = env.reset().observation, env.task
+    assert (observation["table_height"] == task.table_heights).all()
+    assert len(set(task.table_heights)) == len(PAPER.tables)
+    assert ((task.table_heights > 0.45) & (task.table_heights < 0.75)).all()
+    on = task.candles.starting_tables
+    assert observation["candle_position"][:, 2] == pytest.approx(task.table_heights[on])
+    for _ in range(25):
+        env.step(np.zeros(env.action_spec().shape))
+    assert task.candles.standing(env.physics).all()
+    assert all(task.candles.are_on(env.physics, table).any() for table in on)
+    assert env.physics.candle_poses()[:, 2] == pytest.approx(task.table_heights[on], abs=1e-3)
 
 
 PASSAGE = FloorPlan.parse("#########\n#.......#\n#B.....C#\n#T......#\n#########", "hall")

@@ -47,6 +47,14 @@ def test_openings_with_a_fence_are_the_last_ones_wherever_their_kind_stands(monk
     assert hazards.kinds_at(Where.OPENING) == (STAIRWELL, window, hazards.GATE)
 
 
+@pytest.mark.parametrize("taken", [{"symbol": "S"}, {"name": "stairwell"}])
+def test_a_kind_takes_no_place_of_another_but_may_come_twice(taken):
+    window = dataclasses.replace(STAIRWELL, **{"name": "window", "symbol": "W"} | taken)
+    with pytest.raises(CaregiverError, match=f"must be its own, got '{next(iter(taken.values()))}' for .* stairwell$"):
+        hazards.distinct(*hazards.KINDS, window)
+    assert hazards.distinct(*hazards.KINDS, dataclasses.replace(STAIRWELL)) == hazards.KINDS
+
+
 def test_stairwells_come_first_then_candles():
     assert list(FIVE) == [*(Hazard(STAIRWELL, i, 5.0) for i in range(2)), *(Hazard(CANDLE, i, 4.0) for i in range(3))]
     assert (FIVE.worst(Where.OPENING), FIVE.worst(Where.ON_TABLE), Hazards(()).worst(Where.OPENING)) == (5.0, 4.0, 0.0)

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from random_plans import plan_texts
 from scipy import ndimage
 
-from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import WALL
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.layout import Layout
 
 PAPER = FloorPlan.load("paper")
 RASTER = 0.05  # metres; finer than any wall
@@ -44,15 +44,15 @@ def test_walls_of_a_small_room_worked_by_hand():
     # The border's cells are centred at +-1.5 m; walls are 0.25 m thick and meet at the corners.
     north_south = [[0, 1.5, 1.625, 0.125], [0, -1.5, 1.625, 0.125]]
     east_west = [[1.5, 0, 0.125, 1.375], [-1.5, 0, 0.125, 1.375]]
-    assert rows(layout.Layout(plan).walls) == sorted(north_south + east_west)
-    assert rows(layout.Layout(plan).tables) == [[0.5, 0.5, 0.27, 0.27]]
-    assert rows(layout.Layout(plan).bins) == [[-0.5, 0.5, 0.22, 0.22]]
-    assert rows(layout.Layout(plan).floor) == [[0, 0, 1.625, 1.625]]
+    assert rows(Layout(plan).walls) == sorted(north_south + east_west)
+    assert rows(Layout(plan).tables) == [[0.5, 0.5, 0.27, 0.27]]
+    assert rows(Layout(plan).bins) == [[-0.5, 0.5, 0.22, 0.22]]
+    assert rows(Layout(plan).floor) == [[0, 0, 1.625, 1.625]]
 
 
 def test_inner_walls_worked_by_hand():
     plan = FloorPlan.parse("######\n#BT..#\n#.#..#\n#...##\n######", cell_size=1.0)
-    walls = layout.Layout(plan).walls
+    walls = Layout(plan).walls
     assert [-0.5, 0, 0.125, 0.125] in rows(walls)  # a pillar
     # The wall cell in the corner joins the walls to its east and south, and fills what lies between them.
     assert overlap(walls, np.array([[2.0, -1.5, 0.625, 0.625]])).sum() == pytest.approx(1.25**2)
@@ -62,11 +62,11 @@ def test_inner_walls_worked_by_hand():
 def test_stairs_open_the_wall_worked_by_hand():
     plan = FloorPlan.parse("#####\n#B.T#\n#...#\n#.S.#\n#####", cell_size=1.0)
     assert plan.stair_directions == ((1, 0),)  # opposite to the free cell in the north
-    assert rows(layout.Layout(plan).stairs) == [[0, -2, 0.5, 0.5]]
-    south = [r for r in rows(layout.Layout(plan).walls) if r[1] == -2]
+    assert rows(Layout(plan).stairs) == [[0, -2, 0.5, 0.5]]
+    south = [r for r in rows(Layout(plan).walls) if r[1] == -2]
     assert south == [[-1.3125, -2, 0.8125, 0.125], [1.3125, -2, 0.8125, 0.125]]
     # The floor reaches to the outer faces of the walls, 2.125 m out, and the stairs begin at 1.5 m.
-    assert area(layout.Layout(plan).floor) == pytest.approx(4.25**2 - 1.0 * 0.625)
+    assert area(Layout(plan).floor) == pytest.approx(4.25**2 - 1.0 * 0.625)
 
 
 @pytest.mark.parametrize(
@@ -86,11 +86,11 @@ def test_where_stairs_go_down(text: str, directions: list):
 
 
 def test_doorways_and_rooms_of_the_paper_house_and_a_corridor():
-    assert layout.Layout(PAPER).doorways == (((3, 4), (0, 1)), ((5, 2), (1, 0)), ((7, 7), (0, 1)))
-    assert sorted(int(room.sum()) for room in layout.Layout(PAPER).rooms) == [12, 12, 18, 29]
+    assert Layout(PAPER).doorways == (((3, 4), (0, 1)), ((5, 2), (1, 0)), ((7, 7), (0, 1)))
+    assert sorted(int(room.sum()) for room in Layout(PAPER).rooms) == [12, 12, 18, 29]
     # Corridor is no doorway.
     corridor = FloorPlan.parse("########\n#B.##..#\n#......#\n#..##..#\n########")
-    assert (layout.Layout(corridor).doorways, len(layout.Layout(corridor).rooms)) == ((), 1)
+    assert (Layout(corridor).doorways, len(Layout(corridor).rooms)) == ((), 1)
 
 
 PLANS = plan_texts().map(FloorPlan.parse)
@@ -99,8 +99,8 @@ PLANS = plan_texts().map(FloorPlan.parse)
 @settings(max_examples=60, deadline=None)
 @given(plan=PLANS)
 def test_walls_stay_in_wall_cells_and_floor_and_ground_fill_the_rest(plan: FloorPlan):
-    walls, stairs = layout.Layout(plan).walls, layout.Layout(plan).stairs
-    floor, ground = layout.Layout(plan).floor, layout.Layout(plan).ground(margin=2.0)
+    walls, stairs = Layout(plan).walls, Layout(plan).stairs
+    floor, ground = Layout(plan).floor, Layout(plan).ground(margin=2.0)
     rooms = cells(plan, wall=False)
     assert overlap(rooms, np.concatenate([walls, stairs])).max() < 1e-9
     assert overlap(rooms, floor).sum() == pytest.approx(area(rooms))
@@ -114,7 +114,7 @@ def test_walls_stay_in_wall_cells_and_floor_and_ground_fill_the_rest(plan: Floor
 @settings(max_examples=40, deadline=None)
 @given(plan=PLANS)
 def test_no_point_gets_out_of_the_house(plan: FloorPlan):
-    closed = np.concatenate([layout.Layout(plan).walls, layout.Layout(plan).stairs])
+    closed = np.concatenate([Layout(plan).walls, Layout(plan).stairs])
     half = np.array(plan.shape[::-1]) * plan.cell_size / 2 + RASTER
     x, y = (np.arange(-h, h + RASTER, RASTER) for h in half)
     blocked = np.zeros((len(x), len(y)), bool)
@@ -140,5 +140,5 @@ def test_stairs_go_down_in_walls_of_their_own(plan: FloorPlan):
     for alcove, (_, (down, right)) in zip(alcoves, steps, strict=True):
         for side in (-1, 0, 1):
             assert plan[alcove[0] + side * right, alcove[1] + side * down] == WALL
-    stairs = layout.Layout(plan).stairs
+    stairs = Layout(plan).stairs
     assert rows(stairs[:, :2]) == rows(np.array([plan.position(cell) for cell in alcoves]).reshape(-1, 2))

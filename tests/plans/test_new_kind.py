@@ -22,7 +22,7 @@ VASE = HazardKind(
     cell=("table with a vase", "tables with a vase"), at="vases", harm="bumps into vases", model="vase",
     colour=(0, 158, 115),
 )
-KINDS = (*KINDS, VASE)
+KINDS = distinct(*KINDS, VASE, VASE)
 """
 MODEL = """
 <mujoco model="vase">

@@ -59,6 +59,15 @@ def on_shortest_paths(plan, start, goal):
     return found
 
 
+def parts_without(plan, cell):
+    """The parts of a house that stay connected without a cell."""
+    rest, parts = set(plan.caregiver_cells) - {cell}, []
+    while rest:
+        parts.append(set(distances(rest, min(rest))))
+        rest -= parts[-1]
+    return parts
+
+
 def plain_traps(plan):
     traps = set()
     for child in plan.free_cells:
@@ -66,11 +75,7 @@ def plain_traps(plan):
         for goal in plan.bins:
             on_path = on_shortest_paths(plan, child, goal)
             bars |= {cell for cell, moves in on_path.items() if list(on_path.values()).count(moves) == 1}
-        rest = set(plan.caregiver_cells) - {child}
-        parts = []
-        while rest:
-            parts.append(set(distances(rest, min(rest))))
-            rest -= parts[-1]
+        parts = parts_without(plan, child)
         if len(parts) > 1:
             traps |= {cell for part in parts if part <= bars for cell in part}
     return traps
@@ -107,12 +112,9 @@ def test_divisions_are_what_remains_connected_without_a_cell(plan):
     found = {cell: [] for cell in cells}
     order, divided = divisions(plan.graph)
     for by, ranges in divided:
-        found[cells[by]].append(frozenset(cells[i] for part in ranges for i in order[part]))
+        found[cells[by]].append({cells[i] for part in ranges for i in order[part]})
     for cell, parts in found.items():
-        rest, expected = set(cells) - {cell}, []
-        while rest:
-            expected.append(frozenset(distances(rest, min(rest))))
-            rest -= expected[-1]
+        expected = parts_without(plan, cell)
         assert sorted(map(sorted, parts)) == (sorted(map(sorted, expected)) if len(expected) > 1 else [])
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from caregiver_mj.children.behaviour import ChildPercept
-from caregiver_mj.plans.cell_graph import ACTION_NAMES
+from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from studies.learning_child import Learner
@@ -30,7 +30,7 @@ def test_learning_by_hand():
     teach(learner, 0, WEST, 5.0, 0)  # down the stairs hurts whichever bin it goes to
     assert learner.values[0, 0, :, WEST] == pytest.approx([0.5 * (0.95 * 0.35625 - 5), -2.5])
     harmful = learner.believed_harmful()[0]
-    assert [ACTION_NAMES[action] for action in np.flatnonzero(harmful[0])] == ["west"]
+    assert [ACTIONS[action] for action in np.flatnonzero(harmful[0])] == [(0, -1)]  # west
     assert not harmful[1].any()
 
 

@@ -71,14 +71,6 @@ def test_a_fourth_task_has_a_gymnasium_environment_and_a_scripted_policy(guard_s
     assert policy.intervention.verb == BLOCK
 
 
-def test_what_it_needs_is_seen_to():
-    bare = FloorPlan.parse("#####\n#B.S#\n#..T#\n#####", "bare")
-    with pytest.raises(CaregiverError, match=r"relocate_candle needs a candle \(C\), and floor plan 'bare' has none"):
-        caregiver_mj.tasks.load("relocate_candle", bare)
-    with pytest.raises(CaregiverError, match="relocate_candle needs the robot"):
-        caregiver_mj.tasks.load("relocate_candle", PLAN, task_kwargs={"robot": False})
-
-
 @pytest.mark.parametrize(
     ("kind", "words"),
     [

@@ -4,16 +4,10 @@ import numpy as np
 import pytest
 from scripted_child import EAST, NORTH, SOUTH, STAY, Scripted
 
-import caregiver_mj.tasks
-from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj import FloorPlan, load
 from caregiver_mj.plans.hazards import DamageWeights
 
-PLAN = FloorPlan.parse("########\n#B....C#\n#....T.#\n#.S....#\n#....TB#\n########", "small")
 MOVE = 84  # control steps of a novice timestep
-
-
-def load(family, task="supervise", plan=PLAN, **task_kwargs):
-    return caregiver_mj.tasks.load(task, plan, random=0, task_kwargs={"family": family, **task_kwargs})
 
 
 def timesteps(env, count=1):
@@ -30,7 +24,7 @@ ROW = FloorPlan.parse("########\n#.....B#\n#C#S#T##\n########", "row")
 def row(*moves, damage=DamageWeights(), robot=False):
     """Children in the cells of a row above things to bump into, with the moves that they make."""
     plan = FloorPlan.parse("\n".join(ROW.rows), damage=damage)
-    env = load([Scripted(plan, move) for _, move in moves], plan=plan, robot=robot)
+    env = load("supervise", plan, [Scripted(plan, move) for _, move in moves], 0, {"robot": robot})
     env.reset()
     for child, (column, _) in zip(env.task.children, moves, strict=True):
         child.put((1, column))

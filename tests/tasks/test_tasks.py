@@ -19,6 +19,7 @@ from caregiver_mj.grid.world import GridWorld, run_episodes
 from caregiver_mj.interventions.verb import DO_NOTHING, Interventions
 from caregiver_mj.plans.hazards import NOTHING, DamageWeights
 from caregiver_mj.recording.record import COLUMNS
+from caregiver_mj.tasks.base import OBSERVED
 
 PLAN = FloorPlan.parse("########\n#B....C#\n#....T.#\n#.S....#\n#....TB#\n########", "small")
 NO_CANDLE = FloorPlan.parse("#####\n#B.S#\n#..T#\n#####", "no_candle")
@@ -135,6 +136,29 @@ def test_observations_and_rewards_over_scripted_episodes(task):
         else:
             assert within.max() > 1e-6, key
             assert (np.ptp(values, axis=(0, 1)) > 0).all(), key  # no component is dead
+
+
+@pytest.mark.parametrize("children", ["0.5", "1,.25"])
+@every_task
+def test_every_observed_key_is_as_it_is_said_to_be(task, children):
+    needs, plan = caregiver_mj.tasks.TASKS[task].find_kind().needs, FloorPlan.load("paper")
+    if needs and needs not in plan.hazards.kinds:
+        plan = FloorPlan.load("home")
+    env = caregiver_mj.load(task, plan, children, visuals=False)
+    counts = {"candles": len(plan.candle_tables), "tables": len(plan.tables), "stairwells": len(plan.stairwells)}
+    counts |= {"gates": len(plan.mouths), "batteries": len(plan.floor_cells), "joints": 7, "children": 2}
+    seen = {key: spec.shape for key, spec in env.observation_spec().items()}
+    assert set(seen) == {key for key, observed in env.task.observed.items() if not observed.asked or key in seen}
+    for key, shape in seen.items():
+        one, _, several = env.task.observed[key].shape.partition(", of several children ")
+        assert shape == eval(several if several and children == "1,.25" else one, counts)
+
+
+def test_what_is_asked_for_is_shown():
+    env = caregiver_mj.load("supervise", "paper", visuals=False, task_kwargs={"table_height": (0.5, 0.7)})
+    asked = {key for key, observed in OBSERVED.items() if observed.asked}
+    assert asked == {"table_height", "gate_position", "battery_position", "toddler_seen", "cell_seen"}
+    assert env.observation_spec()["table_height"].shape == (len(env.task.plan.tables),)
 
 
 def test_goal_observations_point_from_here_to_there():
