@@ -11,10 +11,10 @@ def neighbours(cell: Cell) -> list[Cell]:
     return [(cell[0] + down, cell[1] + right) for down, right in STEPS.values()]
 
 
-def distances(cells: Collection[Cell], start: Cell) -> dict[Cell, int]:
-    """Moves from one cell to all others that can be reached, in a set of walkable cells."""
-    moves = {start: 0}
-    queue = [start]
+def distances(cells: Collection[Cell], *starts: Cell) -> dict[Cell, int]:
+    """Moves from the nearest of some cells to all others that can be reached, in a set of walkable cells."""
+    moves = dict.fromkeys(starts, 0)
+    queue = list(moves)
     for cell in queue:
         for there in neighbours(cell):
             if there in cells and there not in moves:

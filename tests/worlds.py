@@ -16,10 +16,15 @@ def streams(seeds, timesteps=EPISODE_TIMESTEPS, children=1):
 
 
 def percept(plan, child, caregiver=0, candle_table=None, **more):
-    """A percept of one world with one child, which has not moved: cells, the candles' tables, and further fields."""
-    tables = plan.candle_tables if candle_table is None else candle_table
-    seen = {"child_cell": [[child]], "previous_cell": [[child]], "previous_action": [[-1]], "holding": [-1]}
-    seen |= {"caregiver_cell": [caregiver], "candle_table": np.reshape(np.array(tables, int), (1, -1))}
+    """A percept of one world with one child, which has not moved: cells, the candles' tables, and further fields.
+
+    Or of several, by a list of child cells: a single cell of the caregiver, and a list of tables, hold for all of them.
+    """
+    cells = np.reshape(child, (-1, 1))
+    tables = np.reshape(plan.candle_tables if candle_table is None else candle_table, -1).astype(int)
+    seen = {"child_cell": cells, "previous_cell": cells, "previous_action": np.full(cells.shape, -1)}
+    seen |= {"caregiver_cell": np.full(len(cells), caregiver), "holding": np.full(len(cells), -1)}
+    seen |= {"candle_table": np.tile(tables, (len(cells), 1))}
     return Percept(**{name: np.array(value) for name, value in (seen | more).items()})
 
 

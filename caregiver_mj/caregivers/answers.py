@@ -31,7 +31,10 @@ _MOST_SIDES = 4  # dimensions of an array: answers, their parts, worlds, candles
 @contextlib.contextmanager
 def kept(caregiver: Caregiver | None) -> Iterator[Callable[[], str]]:
     """Record in this context a caregiver's answers to its world; yield a function that returns them as text."""
-    own = {question: getattr(caregiver, question) for question in _ASKED if caregiver}
+    if caregiver is None:
+        yield lambda: ""
+        return
+    own = {question: getattr(caregiver, question) for question in _ASKED}
     given: dict[str, list[np.ndarray]] = {question: [] for question in _ASKED}
     verbs: dict[str, int] = {}
     depth = 0  # of nested calls: only the outermost comes from the world
@@ -52,15 +55,10 @@ def kept(caregiver: Caregiver | None) -> Iterator[Callable[[], str]]:
         return answer
 
     def text() -> str:
-        if caregiver is None:
-            return ""
         traits = caregiver.yields, caregiver.takes_orders, caregiver.idle_verb
         arrays: dict[str, Any] = {question: np.array(answers) for question, answers in given.items() if answers}
         return packed(traits=np.array(traits, str), verbs=np.array([*verbs], str), **arrays)
 
-    if caregiver is None:
-        yield text
-        return
     before = dict(vars(caregiver))
     vars(caregiver).update({question: functools.partial(ask, question) for question in _ASKED})
     try:

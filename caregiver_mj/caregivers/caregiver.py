@@ -14,7 +14,7 @@ import numpy as np
 
 from caregiver_mj.caregivers.percept import PAPER, Assessment, Followers, Pace, Percept, bare_tables
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.interventions.verb import DO_NOTHING, STAND_ASIDE, VERBS, Interventions
+from caregiver_mj.interventions.verb import DO_NOTHING, STAND_ASIDE, Interventions, Verb, verb_of
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, Hazards, Where, kinds_at
 from caregiver_mj.plans.visibility import FULL, Sight
@@ -64,22 +64,16 @@ class Caregiver(abc.ABC):
     def reset(  # noqa: B027 (most remember nothing)
         self, batch: int, seeds: Sequence[int] | None = None, children: int = 1
     ) -> None:
-        """Begin B new episodes.
+        """Begin B new episodes with K children each.
 
-        Args:
-            batch: B, the number of episodes.
-            seeds: A seed for each episode, for random caregivers: an episode must not depend on its batch.
-            children: K, the number of children in each.
+        Random caregivers draw by the seed of each episode: an episode must not depend on its batch.
         """
 
     def prepare(self, candle_table: np.ndarray) -> np.ndarray:
         """Make the house safe before the children come in; called after `reset`.
 
-        Args:
-            candle_table: Index of each candle's table in the floor plan, (B, candles).
-
-        Returns:
-            Index of each candle's table at the start of the episode, (B, candles).
+        Takes the index of each candle's table in the floor plan, and returns that at the start of the episode, (B,
+        candles) each.
         """
         return candle_table
 
@@ -169,32 +163,30 @@ def answer(caregiver: Caregiver, percept: Percept) -> Interventions:
     given, batch, who = caregiver.decide(percept), len(percept.child_cell), f"{type(caregiver).__name__}.decide"
     if not isinstance(given, Interventions) or np.shape(given.verb) != (batch,):
         raise CaregiverError(f"{who} must answer with Interventions for {batch} worlds, got {given!r}")
-    hazards = caregiver.plan.hazards
-    check_numbers(f"{who}: hazard must be", given.hazard, batch, NOTHING, len(hazards) - 1)
-    _check_kinds(who, hazards, given)
-    to_table = np.any([np.asarray(given.verb) == name for name, verb in VERBS.items() if verb.to_table], axis=0)
-    moved = np.where(to_table, given.destination, NOTHING)
-    check_numbers(f"{who}: destination must be", moved, batch, NOTHING, len(caregiver.plan.tables) - 1)
-    cells = len(caregiver.plan.caregiver_cells) if caregiver.waits else 0
-    waits = np.where(np.asarray(given.verb) == DO_NOTHING, given.destination, NOTHING)
-    check_numbers(f"{who}: destination of '{DO_NOTHING}' must be", waits, batch, NOTHING, cells - 1)
+    plan, verbs = caregiver.plan, np.asarray(given.verb)
+    hazard = check_numbers(f"{who}: hazard must be", given.hazard, batch, NOTHING, len(plan.hazards) - 1)
+    for name in dict.fromkeys(verbs.tolist()):
+        verb, which = verb_of(name), verbs == name
+        _check_kinds(f"{who}: '{name}'", plan.hazards, verb, hazard[which])
+        if verb.to_table or name == DO_NOTHING:
+            cells = len(plan.caregiver_cells) if caregiver.waits else 0
+            last = (len(plan.tables) if verb.to_table else cells) - 1
+            destination = np.where(which, given.destination, NOTHING)
+            check_numbers(f"{who}: destination of '{name}' must be", destination, batch, NOTHING, last)
     return given
 
 
-def _check_kinds(who: str, hazards: Hazards, given: Interventions) -> None:
-    """Raise CaregiverError unless each verb suits its hazard."""
-    for name, where in ((name, verb.where) for name, verb in VERBS.items() if verb.where):
-        numbers = np.asarray(given.hazard)[np.asarray(given.verb) == name]
-        if not numbers.size:
-            continue
-        at = [kind for kind in kinds_at(where) if kind.verb == name] or kinds_at(where)
-        right = [number for number, kind in enumerate(hazards.kinds) if kind in at]
-        wrong = numbers[(numbers[:, None] != right).all(axis=1)]
-        if wrong.size:
-            kinds = " or ".join(kind.name for kind in at)
-            raise CaregiverError(
-                f"{who}: '{name}' must be for a {kinds}, {right or 'of which there is none'}, got hazard {wrong[0]}"
-            )
+def _check_kinds(who: str, hazards: Hazards, verb: Verb, numbers: np.ndarray) -> None:
+    """Raise CaregiverError unless a verb suits all hazards with these numbers."""
+    if not verb.where:
+        return
+    at = [kind for kind in kinds_at(verb.where) if kind.verb == verb.name] or kinds_at(verb.where)
+    right = [number for number, kind in enumerate(hazards.kinds) if kind in at]
+    if wrong := set(numbers.tolist()).difference(right):
+        kinds = " or ".join(kind.name for kind in at)
+        raise CaregiverError(
+            f"{who} must be for a {kinds}, {right or 'of which there is none'}, got hazard {min(wrong)}"
+        )
 
 
 def check_numbers(what: str, numbers: np.ndarray, batch: int, least: int, most: int) -> np.ndarray:
@@ -208,18 +200,9 @@ def check_numbers(what: str, numbers: np.ndarray, batch: int, least: int, most: 
 
 
 def starting_tables(plan: FloorPlan, caregiver: Caregiver | None, batch: int = 1) -> np.ndarray:
-    """Return the tables of the candles at the start: those of the floor plan, or of the caregiver's `prepare`.
+    """Return each candle's table at the start of B episodes, (B, candles): the floor plan's, or that of `prepare`.
 
-    Args:
-        plan: The house.
-        caregiver: The caregiver, after its `reset`, or None.
-        batch: B, the number of episodes.
-
-    Returns:
-        Table indices, (B, candles).
-
-    Raises:
-        CaregiverError: The caregiver's answer is invalid.
+    The caregiver has been `reset`. An invalid answer of it raises CaregiverError.
     """
     as_planned = np.tile(np.array(plan.candle_tables, int), (batch, 1))
     if caregiver is None:

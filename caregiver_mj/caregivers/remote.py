@@ -295,7 +295,7 @@ def tally(folder: str | os.PathLike[str]) -> str:
     return f"{len(lines)} questions, {problems.total()} abstentions{most}"
 
 
-def remote_caregiver(name: str, queries: Queries = Queries()) -> type[Caregiver]:
+def remote_caregiver(name: str, queries: Queries) -> type[Caregiver]:
     """Return the caregiver for an address, http://..., or a model, chat:NAME.
 
     Raises:

@@ -169,17 +169,11 @@ class Slots:
         shape: Rows and columns of maps.
     """
 
-    def __init__(self, plan: FloorPlan, slots: Places | None = None, shape: Sequence[int] | None = None):
-        """Assign hazards to slots.
+    def __init__(self, plan: FloorPlan, slots: Places | None, shape: Sequence[int] | None):
+        """Assign hazards to so many slots for stairwells, candles and, optionally, things on the floor.
 
-        Args:
-            plan: The house.
-            slots: Numbers of slots for stairwells, candles and, optionally, things on the floor; None for those of the
-                house.
-            shape: Rows and columns; None for those of the house.
-
-        Raises:
-            CaregiverError: The numbers are invalid, above 1,000, or too small for the house.
+        None stands for the numbers of the house. Others that are invalid, above 1,000, or too small for the house raise
+        CaregiverError.
         """
         needed = places_needed([plan])
         places = _enough(plan, "slots", "stairwells and candles, such as (4, 6)", slots, needed, 2, 3)
@@ -230,7 +224,7 @@ class PlanMap:
         shapes: Shape of each key of an observation of one world.
     """
 
-    def __init__(self, plan: FloorPlan, children: int, slots: Slots, as_graph: bool = False):
+    def __init__(self, plan: FloorPlan, children: int, slots: Slots, as_graph: bool):
         self._plan, (rows, columns), self._as_graph = plan, slots.shape, as_graph
         self.planes = (
             *_STILL,

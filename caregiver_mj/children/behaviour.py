@@ -56,14 +56,9 @@ class Behaviour(abc.ABC):
 
     @abc.abstractmethod
     def act(self, sight: ChildPercept, draws: np.ndarray) -> np.ndarray:
-        """Choose the moves.
+        """Return the moves, indices into `ACTIONS`, or NOTHING to stay, (B,).
 
-        Args:
-            sight: The observations.
-            draws: Uniform draws, (B, 3): the first two for the move, the last for the next bin.
-
-        Returns:
-            Indices into `ACTIONS`, or NOTHING to stay, (B,).
+        Of the uniform draws, (B, 3), the first two are for the move, the last for the next bin.
         """
 
     def epsilons(self, batch: int) -> np.ndarray:

@@ -120,8 +120,7 @@ class ChildGroup:
         Raises:
             CaregiverError: The text is invalid.
         """
-        if (count := text.count(",") + 1) > MOST_CHILDREN:
-            raise CaregiverError(f"children must be at most {MOST_CHILDREN}, got {count}")
+        _check_count(text.count(",") + 1)
         children = []
         for part in text.split(","):
             name, colon, epsilon = part.strip().rpartition(":")
@@ -136,10 +135,7 @@ class ChildGroup:
 
     def check(self) -> None:
         """Raise CaregiverError unless the group is valid."""
-        if not self.children:
-            raise CaregiverError("children must be at least 1, got none")
-        if len(self.children) > MOST_CHILDREN:
-            raise CaregiverError(f"children must be at most {MOST_CHILDREN}, got {len(self.children)}")
+        _check_count(len(self.children))
         for child in self.children:
             if isinstance(child, ChildSpec):
                 child.check()
@@ -155,10 +151,7 @@ class ChildGroup:
 
     def times(self, count: int) -> ChildGroup:
         """Return a group with `count` of each child; each has its own draws."""
-        if count < 1:
-            raise CaregiverError(f"children must be at least 1, got {count}")
-        if count * len(self) > MOST_CHILDREN:
-            raise CaregiverError(f"children must be at most {MOST_CHILDREN}, got {count * len(self)}")
+        _check_count(count * len(self))
         return ChildGroup(self.children * count)
 
     @property
@@ -171,6 +164,13 @@ class ChildGroup:
 
     def __str__(self) -> str:
         return ",".join(map(str, self.children))
+
+
+def _check_count(children: int) -> None:
+    if children < 1:
+        raise CaregiverError(f"children must be at least 1, got {children}")
+    if children > MOST_CHILDREN:
+        raise CaregiverError(f"children must be at most {MOST_CHILDREN}, got {children}")
 
 
 def check_different(groups: Iterable[ChildGroup]) -> None:

@@ -64,18 +64,22 @@ class Adversary(Behaviour):
 
     def __init__(self, plan: FloorPlan, epsilon: float):
         super().__init__(plan, epsilon)
-        self._known: dict[int, np.ndarray] = {}  # results of `towards`, by goal
+        cells = len(plan.caregiver_cells)
+        self._known = np.zeros(cells, bool)
+        self._moves = np.zeros((cells, len(plan.free_cells)), np.int8)  # takes no memory until written
 
     def act(self, sight: ChildPercept, draws: np.ndarray) -> np.ndarray:
-        goals = np.unique(sight.caregiver_cell)
-        for goal in goals[goals >= 0]:
-            if int(goal) not in self._known:
-                self._known[int(goal)] = self.towards(int(goal))
-        none = np.zeros(len(self.plan.free_cells), int)
-        pairs = zip(sight.cell.tolist(), sight.caregiver_cell.tolist(), strict=True)
-        return np.array([self._known.get(goal, none)[cell] for cell, goal in pairs])
+        there = sight.caregiver_cell != NOTHING
+        return np.where(there, self.towards(np.where(there, sight.caregiver_cell, 0), sight.cell), 0)
 
-    def towards(self, goal: int) -> np.ndarray:
+    def towards(self, goal: np.ndarray, cell: np.ndarray) -> np.ndarray:
+        """Return its moves towards caregiver cells from free cells, (...), computed on first use of a goal."""
+        for new in np.unique(goal[~self._known[goal]]).tolist():
+            self._moves[new] = self._ways(new)
+            self._known[new] = True
+        return self._moves[goal, cell].astype(int)
+
+    def _ways(self, goal: int) -> np.ndarray:
         """Return its move towards a caregiver's cell from every free cell, (free cells,)."""
         plan = self.plan
         distance = plan.graph.distances_from([goal])[0].astype(float)

@@ -35,6 +35,7 @@ class Belief:
     def __init__(self, chain: ChildChain, batch: int = 1, children: int = 1, change: float = 0.0):
         self._chain, self._change = chain, change
         self._likelihood = np.ascontiguousarray(np.moveaxis(chain.moves, 3, 1))  # (cells, moves, G, E)
+        self._of_goal = chain.prior / chain.prior.sum(axis=1, keepdims=True)  # prior of epsilon, (G, E)
         self.probability = np.tile(chain.prior, (batch, children, 1, 1))
         cells, moves = chain.next_cell.shape
         self._seen = np.zeros((batch, children, cells, moves), np.float32)  # fading counts of moves
@@ -72,9 +73,7 @@ class Belief:
         if self._change:
             probability += self._change * (chain.prior - probability)
             still = np.where(made, 0.0, STOP)[..., None, None]
-            of_goal = probability.sum(axis=3, keepdims=True)
-            share = chain.prior / chain.prior.sum(axis=1, keepdims=True)
-            probability += still * (share * of_goal - probability)
+            probability += still * (self._of_goal * probability.sum(axis=3, keepdims=True) - probability)
         self.probability = probability
 
     def _compare(self, cell: np.ndarray, move: np.ndarray, expected: np.ndarray) -> None:

@@ -53,23 +53,13 @@ def child_chain(plan: FloorPlan) -> ChildChain:
         bin_of=np.array([*range(bins), *range(bins), NOTHING, NOTHING]),
         next_goal=next_goal,
         prior=of_goal[:, None] * epsilons / epsilons.sum(axis=1, keepdims=True),
-        follows=_Follows(plan),
+        follows=functools.partial(_follow, Adversary(plan, 0.0)),
     )
 
 
-class _Follows:
-    """`ChildChain.follows`: a child's moves to the caregiver, computed on first use of the caregiver's cell."""
-
-    def __init__(self, plan: FloorPlan):
-        cells = len(plan.caregiver_cells)
-        self._child, self._known = Adversary(plan, 0.0), np.zeros(cells, bool)
-        self._move = np.zeros((cells, len(plan.free_cells)), np.int8)  # takes no memory until written
-
-    def __call__(self, caregiver_cell: np.ndarray, cell: np.ndarray) -> np.ndarray:
-        for new in np.unique(caregiver_cell[~self._known[caregiver_cell]]).tolist():
-            self._move[new] = self._child.towards(new)
-            self._known[new] = True
-        return np.eye(len(ACTIONS))[self._move[caregiver_cell, cell]]
+def _follow(child: Adversary, caregiver_cell: np.ndarray, cell: np.ndarray) -> np.ndarray:
+    """Return `ChildChain.follows` of a child that goes to the caregiver."""
+    return np.eye(len(ACTIONS))[child.towards(caregiver_cell, cell)]
 
 
 def _as_the_crow_flies(plan: FloorPlan) -> np.ndarray:

@@ -11,7 +11,7 @@ from caregiver_mj.danger.child_model import CHANGE, child_chain
 from caregiver_mj.danger.tracker import Tracker
 from caregiver_mj.grid.verbs import GridState
 from caregiver_mj.plans.cell_graph import ACTIONS
-from caregiver_mj.plans.hazards import NOTHING, Where
+from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.visibility import ALL_ROUND, Sight, visibility
 
 
@@ -30,18 +30,17 @@ class GridEyes:
         self.tracker = Tracker(child_chain(world.plan), batch, children, CHANGE)
         self.heading = np.full(batch, ALL_ROUND)  # direction as a move, or `ALL_ROUND`
         self.state = world.state.copy()  # known `State` of each hazard
-        hazards, plan = world.plan.hazards, world.plan
-        self._lying = hazards.number(Where.FLOOR, np.arange(len(plan.floor_cells)))
         self._previous, self._action = np.full((2, batch, children), NOTHING)
-        rows, columns = np.array(plan.caregiver_cells).T
-        self._places = np.stack([rows, columns], axis=1)
+        self._places = np.array(world.plan.caregiver_cells)  # rows and columns
         self.look(np.zeros_like(world.child_cell, bool))
 
     def watch(self, felt: np.ndarray) -> None:
         """Observe the children's moves; `felt`, bool (B, K), marks those into the caregiver."""
         world = self._world
         in_view = self.in_view()
-        before, now = (self._visible(cell, in_view) | felt for cell in (world.previous_cell, world.child_cell))
+        before, now = (
+            np.take_along_axis(in_view, cell, axis=1) | felt for cell in (world.previous_cell, world.child_cell)
+        )
         self._previous = np.where(before & now, world.previous_cell, NOTHING)
         self._action = np.where(before & now, world.previous_action, NOTHING)
         cell = np.where(now, world.child_cell, NOTHING)
@@ -59,22 +58,18 @@ class GridEyes:
         """Observe the world after an action; `felt`, bool (B, K), marks children in the caregiver's way."""
         world = self._world
         in_view = self.in_view()
-        now = self._visible(world.child_cell, in_view) | felt
+        now = np.take_along_axis(in_view, world.child_cell, axis=1) | felt
         self.tracker.look(np.where(now, world.child_cell, NOTHING), in_view)
         self._see_hazards(in_view)
 
     def percept(self, everything: Percept) -> Percept:
-        """Return a complete percept reduced to the knowledge of a caregiver with partial sight."""
-        tracker, left = self.tracker, self.state != 0
-        known = self._previous != NOTHING
+        """Return a percept with the children reduced to the knowledge of a caregiver with partial sight."""
+        tracker, known = self.tracker, self._previous != NOTHING
         return dataclasses.replace(
             everything,
             child_cell=tracker.cell.copy(),
             previous_cell=np.where(known, self._previous, tracker.cell),
             previous_action=self._action.copy(),
-            out_of_reach=left if left.any() else None,
-            shut=left[:, : len(self._world.plan.stairwells)] if left.any() else None,
-            gone=left[:, self._lying] if left.any() else None,
             belief=tracker,
         )
 
@@ -82,12 +77,9 @@ class GridEyes:
         """Return whether each free cell is in view, bool (B, free cells)."""
         return self._seen[self._world.caregiver_cell, self.heading]
 
-    def _visible(self, cell: np.ndarray, in_view: np.ndarray) -> np.ndarray:
-        return np.take_along_axis(in_view, cell, axis=1)
-
     def _see_hazards(self, in_view: np.ndarray) -> None:
         """Update the known states of hazards; those on the floor only if in view."""
         world = self._world
         unseen = np.zeros(self.state.shape, bool)
-        unseen[:, self._lying] = ~in_view[:, list(world.plan.floor_cells)]
+        world.plan.hazards.split(unseen)[2][:] = ~in_view[:, list(world.plan.floor_cells)]
         self.state = np.where(unseen, self.state, world.state)

@@ -31,11 +31,11 @@ from caregiver_mj.children.rules import DENIED, MoveRules, denied
 from caregiver_mj.errors import CaregiverError, check_kind, check_number
 from caregiver_mj.grid.eyes import GridEyes
 from caregiver_mj.grid.verbs import GRID_VERBS, GridState
-from caregiver_mj.interventions.verb import BLOCK, DO_NOTHING, LOOK, VERBS, Interventions, half_of, verb_of
+from caregiver_mj.interventions.verb import BLOCK, DO_NOTHING, LOOK, Interventions, half_of, verb_of
 from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan, check_house
 from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, State, Where
-from caregiver_mj.plans.routes import STAY, routes
+from caregiver_mj.plans.routes import ASIDE, STAY, routes
 from caregiver_mj.plans.visibility import Sight
 from caregiver_mj.recording.ledger import Ledger, Rollout
 
@@ -88,12 +88,14 @@ class GridWorld(GridState, Rollout):
         kinds = [KINDS.index(kind) for kind in (*plan.hazards.kinds, TABLE)]
         self._harm = np.eye(len(KINDS))[kinds] * [plan.damage[kind.name] for kind in KINDS]
         needed = {LOOK: not self.sight.is_full, DO_NOTHING: bool(caregiver and caregiver.waits)}
-        places = {name: verb.places(plan) if needed.get(name, True) else [] for name, verb in GRID_VERBS.items()}
-        offsets = np.cumsum([0, *map(len, places.values())]).tolist()
-        self._offsets = dict(zip(places, offsets, strict=False))
+        numbers: dict[tuple[int, ...], int] = {}  # of the places of all verbs
+        self._places: dict[str, np.ndarray] = {}  # of each verb
+        for name, verb in GRID_VERBS.items():
+            places = map(tuple, verb.places(plan) if needed.get(name, True) else [])
+            self._places[name] = np.array([*(numbers.setdefault(place, len(numbers)) for place in places), STAY, ASIDE])
         if caregiver:
             caregiver.pace, caregiver.sight = Pace(caregiver_actions), self.sight
-            self._routes = routes(plan, tuple(tuple(place) for group in places.values() for place in group))
+            self._routes = routes(plan, tuple(numbers))
 
     def reset(self, streams: Sequence[Sequence[RandomStream]]) -> None:
         """Begin B episodes, each with a random stream for every child."""
@@ -154,7 +156,9 @@ class GridWorld(GridState, Rollout):
 
     def percept(self) -> Percept:
         """Return the caregiver's percept."""
-        left = self.state != State.AS_PLANNED  # need nothing more
+        left = (self.eyes or self).state != State.AS_PLANNED  # need nothing more
+        openings, _, lying = self.plan.hazards.split(left)
+        some = left.any()
         everything = Percept(
             _shown(self.child_cell),
             _shown(self.previous_cell),
@@ -164,9 +168,9 @@ class GridWorld(GridState, Rollout):
             _shown(self.holding),
             time_left=_shown(self.time_left),
             clock=np.full(len(self.holding), float(self.timestep)),
-            out_of_reach=left if left.any() else None,
-            shut=left[:, : len(self.plan.stairwells)] if left.any() else None,
-            gone=self.plan.hazards.split(left)[2] if left.any() else None,
+            out_of_reach=left if some else None,
+            shut=openings if some else None,
+            gone=lying if some else None,
             under_way=_shown(self.orders.hazard),
         )
         return self.eyes.percept(everything) if self.eyes else everything
@@ -252,25 +256,25 @@ class GridWorld(GridState, Rollout):
         for left in range(end - done, 0, -1):
             self.time_left = np.full(len(self.holding), left / each)
             self.act_caregiver(caregiver)
-        verb = self.orders.verb
-        handles = np.any([verb == name for name, one in VERBS.items() if one.handles], axis=0)
-        spent = np.stack([verb == LOOK, verb == BLOCK, handles], axis=1)
+        spent = np.stack([self.orders.verb == LOOK, self.orders.verb == BLOCK, self.orders.handles], axis=1)
         self.ledger.attend(self.eyes.tracker.seen if self.eyes else 1, spent)
 
     def act_caregiver(self, caregiver: Caregiver) -> None:
         """Run one action of the caregiver."""
         percept = self.percept()
         before, self.orders = self.orders, self.orders.where(self.holding != NOTHING, answer(caregiver, percept))
-        names = dict.fromkeys(self.orders.verb.tolist())
-        parties = [(verb_of(name), np.flatnonzero(self.orders.verb == name)) for name in names]
+        verbs = self.orders.verb
+        parties = [
+            (verb_of(name), half_of(name, GRID_VERBS, "grid.verbs.GRID_VERBS"), np.flatnonzero(verbs == name))
+            for name in dict.fromkeys(verbs.tolist())
+        ]
         begins = self.orders.begins_after(before)
         self.done &= ~begins
 
         place, begun, ended = np.full(len(self.orders), STAY), *np.zeros((2, len(self.orders)), bool)
-        for verb, which in parties:
+        for verb, half, which in parties:
             begun[which] = begins[which] & verb.counts
-            there = half_of(verb.name, GRID_VERBS, "grid.verbs.GRID_VERBS").place(self, which)
-            place[which] = np.where(there < 0, there, there + self._offsets[verb.name])
+            place[which] = self._places[verb.name][half.place(self, which)]
         distance, next_cell = self._routes.towards(place, percept.child_cell, percept.caregiver_cell, caregiver.yields)
         stood, moves = distance == 0, distance > 0
         if self.eyes:
@@ -280,15 +284,14 @@ class GridWorld(GridState, Rollout):
         self.caregiver_cell = np.where(moves, next_cell, was)
         came = stood | (moves & (distance == 1))
         hazard = self.orders.hazard
-        for verb, which in parties:
-            ends = which[GRID_VERBS[verb.name].carry_out(self, which, came[which], stood[which]) & ~self.done[which]]
+        for verb, half, which in parties:
+            ends = which[half.carry_out(self, which, came[which], stood[which]) & ~self.done[which]]
             ended[ends] = self.done[ends] = True
             if verb.leaves:
                 self.state[ends, hazard[ends]] = verb.leaves
         self.ledger.intervene(begun, ended)
         if self.eyes:
-            handles = np.isin(self.orders.verb, [verb.name for verb, _ in parties if verb.handles])
-            self.eyes.turn(was, ~moves & ~(stood & handles))
+            self.eyes.turn(was, ~moves & ~(stood & self.orders.handles))
             self.eyes.look(felt)
 
 

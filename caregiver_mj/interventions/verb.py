@@ -60,6 +60,11 @@ class Interventions(Sequence[Intervention]):
     def __getitem__(self, world: int) -> Intervention:  # type: ignore[override]  # no slices
         return Intervention(str(self.verb[world]), int(self.hazard[world]), int(self.destination[world]))
 
+    @property
+    def handles(self) -> np.ndarray:
+        """Whether each needs the hand, bool (B,)."""
+        return np.isin(self.verb, [name for name, verb in VERBS.items() if verb.handles])
+
     def where(self, mask: np.ndarray, other: Interventions) -> Interventions:
         """Return these where a mask (B,) holds, others elsewhere."""
         return Interventions(

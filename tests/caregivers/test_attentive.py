@@ -15,12 +15,13 @@ from study import run_in_grid
 SMALL = FloorPlan.parse("########\n#S.C..B#\n#......#\n#.T..BS#\n########", "small")
 
 
-@pytest.mark.parametrize("share", [0.1, 0.4, 0.8])
+@pytest.mark.parametrize("share", [0.1, 0.4, 0.8, 0.95])
 def test_share_and_bouts_are_as_asked_for(share):
+    """A share that leaves less than a timestep between bouts is met by longer ones."""
     looking = looks(np.random.default_rng(0).random((400, 1000)), share, 6.0)
     ends = np.count_nonzero(looking[:, :-1] & ~looking[:, 1:])
-    assert looking.mean() == pytest.approx(share, abs=0.01)
-    assert np.count_nonzero(looking[:, :-1]) / ends == pytest.approx(6.0, abs=0.2)
+    assert looking.mean() == pytest.approx(share, abs=0.005 if share == 0.95 else 0.01)
+    assert share == 0.95 or np.count_nonzero(looking[:, :-1]) / ends == pytest.approx(6.0, abs=0.2)
 
 
 def rows(name):
@@ -49,8 +50,3 @@ def test_in_the_house_it_ends_what_it_is_about_when_it_does_not_look():
     for _ in range(150):  # more than a move of the child, and a stop
         step = env.step(policy(step))
     assert policy.intervention.verb == STAND_ASIDE
-
-
-def test_a_share_that_leaves_less_than_a_bout_apart_is_met_by_longer_bouts():
-    looking = looks(np.random.default_rng(0).random((400, 1000)), 0.95, 6.0)
-    assert looking.mean() == pytest.approx(0.95, abs=0.005)

@@ -39,16 +39,11 @@ STAIRS = FloorPlan.parse("########\n#C....T#\n#......#\n#.B..BS#\n########")
 FOUR_TABLES = FloorPlan.parse("########\n#C....T#\n#......#\n#CB..BT#\n########")  # 0 to 3 in the corners
 
 
-class TestLayouts:
-    def test_all_of_them(self):
-        layouts = AllLayouts(3, 2)
-        assert layouts.bears.astype(int).tolist() == [[1, 1, 0], [1, 0, 1], [0, 1, 1]]
-        tables = np.array([[1, 0], [2, 1], [0, 2]])
-        assert layouts.now(tables).tolist() == [0, 2, 1]
-
-    def test_what_comes_after(self):
-        after = AllLayouts(3, 2).after
-        assert after[0].tolist() == [[-1, -1, 2], [-1, -1, 1], [-1, -1, -1]]
+def test_all_layouts_and_what_comes_after_them():
+    layouts = AllLayouts(3, 2)
+    assert layouts.bears.astype(int).tolist() == [[1, 1, 0], [1, 0, 1], [0, 1, 1]]
+    assert layouts.now(np.array([[1, 0], [2, 1], [0, 2]])).tolist() == [0, 2, 1]
+    assert layouts.after[0].tolist() == [[-1, -1, 2], [-1, -1, 1], [-1, -1, -1]]
 
 
 class TestMotion:

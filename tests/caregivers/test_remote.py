@@ -197,6 +197,10 @@ def in_the_house(caregiver, seconds=12.0, sight="all", visuals=True, **queries):
     return env.task.outcome() | {"end": env.physics.data.qpos.tolist()}, answers()
 
 
+def exchanges(folder):
+    return [json.loads(line) for file in folder.glob("*.jsonl") for line in file.open()]
+
+
 def picture(text):
     image = Image.open(io.BytesIO(base64.b64decode(text, validate=True)))
     assert (image.format, image.size, image.mode) == ("PNG", (320, 240), "RGB")
@@ -230,7 +234,7 @@ def test_frames_change_nothing_but_what_is_sent(server, tmp_path, name):
         assert max(changed) > least
     assert np.abs(eyes[0] - overviews[0]).mean() > 30
     # A line has the names of its pictures, which lie beside it as they were sent.
-    lines = [json.loads(line) for line in next(tmp_path.glob("*.jsonl")).open()]
+    lines = exchanges(tmp_path)
     assert all(len(json.dumps(line)) < 10_000 for line in lines)
     for line, frames in zip(lines, sent, strict=True):
         files = {camera: (tmp_path / file).read_bytes() for camera, file in line["question"]["frames"].items()}
@@ -278,7 +282,7 @@ def test_a_run_keeps_its_exchanges_and_its_budget(server, tmp_path, capsys):
     command = [*GRID, "--max-calls", "3"]
     asks = f"{server.address}/garbage"
     assert main([*command, "--caregiver", "none", asks, "--out", str(tmp_path / "run")]) == 0
-    lines = [json.loads(line) for file in (tmp_path / "run/exchanges").glob("*.jsonl") for line in file.open()]
+    lines = exchanges(tmp_path / "run/exchanges")
     assert len(server.asked) == 3
     assert f"{len(lines)} questions, {len(lines)} abstentions; {len(lines) - 3} x the budget" in capsys.readouterr().out
 
@@ -353,8 +357,7 @@ def asked_once(address, tmp_path, patience=0.5, **queries):
     queries = Queries(patience=patience, folder=str(tmp_path / "exchanges"), **queries)
     caregiver = make_caregiver(address, FloorPlan.load("paper"), 0, queries)
     caregiver.choose(after_a_move(caregiver).percept())
-    lines = [line for file in (tmp_path / "exchanges").glob("*.jsonl") for line in file.open()]
-    return json.loads(lines[-1])
+    return exchanges(tmp_path / "exchanges")[-1]
 
 
 def asking(monkeypatch, name, address):
@@ -505,7 +508,7 @@ def test_changed_answers_are_read_or_abstentions(server, tmp_path, monkeypatch, 
     for _ in range(40):
         target = caregiver.choose(after_a_move(caregiver).percept())[0]
         assert -1 <= target < len(plan.hazards)
-    lines = [json.loads(line) for file in tmp_path.glob("*.jsonl") for line in file.open()]
+    lines = exchanges(tmp_path)
     assert len(lines) == 40
     assert all(len(line["abstention"] or "") < 2_000 and "\n" not in (line["abstention"] or "") for line in lines)
     assert any(line["abstention"] for line in lines)

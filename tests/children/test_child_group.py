@@ -7,7 +7,6 @@ from scripted_child import Scripted
 
 from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.children.child_group import ChildGroup, ChildSpec, side_by_side
-from caregiver_mj.children.novice import Novice
 
 PLAN = FloorPlan.parse("####\n#B.#\n####", "closet")
 
@@ -42,6 +41,8 @@ def test_an_object_is_one_child():
     for family in (ChildGroup.of([child, child]), ChildGroup.of(child).times(2)):
         with pytest.raises(CaregiverError, match="got the same Scripted twice: make one for each"):
             family.make(PLAN)
+    with pytest.raises(CaregiverError, match="got the same Scripted twice"):
+        side_by_side(PLAN, [ChildGroup.of(child), ChildGroup.of(child)], 3)
     assert ChildGroup.of([child, Scripted(PLAN), 0.5, 0.5]).make(PLAN)
 
 
@@ -54,12 +55,3 @@ def test_children_without_a_name_have_the_behaviour_that_is_given():
 def test_the_name_says_it_all(children):
     family = ChildGroup(tuple(ChildSpec(*child) for child in children))
     assert ChildGroup.parse(str(family)) == family
-
-
-PAPER = FloorPlan.load("paper")
-
-
-def test_families_share_no_object():
-    child = Novice(PAPER, 0.5)
-    with pytest.raises(CaregiverError, match="got the same Novice twice"):
-        side_by_side(PAPER, [ChildGroup.of(child), ChildGroup.of(child)], 3)

@@ -23,6 +23,14 @@ class Watching(PaperCaregiver):
         self.shown.append((percept.child_cell.copy(), percept.previous_action.copy(), percept.belief.seen.copy()))
 
 
+def put(world, caregiver, child=None):
+    """Begins anew to look, with caregiver and child in some cells."""
+    world.caregiver_cell[:] = world.plan.cell_index[caregiver]
+    if child:
+        world.child_cell[:] = world.plan.cell_index[child]
+    world.eyes = type(world.eyes)(world, world.sight)
+
+
 @pytest.mark.parametrize("sight", ["walls", "camera", "rooms:2"])
 def test_what_is_seen_is_true_and_the_rest_is_not_told(sight):
     plan = FloorPlan.load("apartment")
@@ -47,9 +55,7 @@ def test_what_is_out_of_sight_changes_nothing(name):
     moves = []
     for seeds in ([3], [4]):
         world = begun(GridWorld(plan, 1.0, make_caregiver(name, plan), sight="walls"), seeds)
-        world.caregiver_cell[:] = plan.cell_index[(1, 1)]
-        world.child_cell[:] = plan.cell_index[(1, 11)]
-        world.eyes = type(world.eyes)(world, world.sight)
+        put(world, (1, 1), (1, 11))
         assert not world.eyes.tracker.seen.any()
         trace = []
         while not world.eyes.tracker.seen.any() and len(trace) < 200:
@@ -77,9 +83,8 @@ def test_whoever_stands_still_turns_round():
 def test_it_finds_out_what_has_become_of_things_by_looking():
     plan = FloorPlan.parse("#########\n#B..#..o#\n#...#.#.#\n#.......#\n#########", "battery")
     world = begun(GridWorld(plan, 0.5, make_caregiver("nearest", plan), sight="walls"), 1)
-    world.caregiver_cell[:] = plan.cell_index[(1, 2)]
     world.state[:] = 0
-    world.eyes = type(world.eyes)(world, world.sight)
+    put(world, (1, 2))
     world.state[:] = 2  # a child has taken it, out of sight
     world.eyes.look(np.zeros((1, 1), bool))
     assert world.percept().gone is None
@@ -121,17 +126,15 @@ HALL = "########\n#S....B#\n########"
 def test_it_does_not_walk_into_a_child_behind_its_back_and_feels_it():
     plan = FloorPlan.parse(HALL, "hall")
     world = begun(GridWorld(plan, 0.5, make_caregiver("guard", plan), sight="camera"), 1)
-    caregiver, child = plan.cell_index[(1, 4)], plan.cell_index[(1, 3)]
-    world.caregiver_cell[:], world.child_cell[:] = caregiver, child
-    world.eyes = type(world.eyes)(world, world.sight)
+    put(world, (1, 4), (1, 3))
     world.eyes.heading[:] = 1  # away from it
     unseen = np.full((1, 1), -1)
     world.eyes.tracker.move(unseen, unseen, unseen, world.eyes.in_view())
     world.eyes.tracker.cell[:] = plan.cell_index[(1, 5)]  # it is thought to have passed
     world.act_caregiver(world.caregiver)
-    assert (world.caregiver_cell == caregiver).all()
+    assert (world.caregiver_cell == plan.cell_index[(1, 4)]).all()
     assert world.eyes.tracker.seen.all()
-    assert (world.eyes.tracker.cell == child).all()
+    assert (world.eyes.tracker.cell == plan.cell_index[(1, 3)]).all()
 
 
 def test_the_rule_weighs_what_it_fears_by_where_the_child_may_be():

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_plans import plan_texts, plans_with_things
+from walks import distances, neighbours
 from worlds import begun, streams
 
 from caregiver_mj import CaregiverError, FloorPlan
@@ -19,7 +20,6 @@ from caregiver_mj.interventions.verb import DO_NOTHING, Intervention, Interventi
 from caregiver_mj.plans.generator import generate
 from caregiver_mj.plans.hazards import NOTHING, State
 
-STEPS = ((-1, 0), (0, 1), (1, 0), (0, -1))
 EPSILONS = (1.0, 0.75, 0.5, 0.25, 0.05)
 PAPER = FloorPlan.load("paper")
 
@@ -83,38 +83,21 @@ class PlainWorld:
         self.search = functools.cache(self._search)
         self.routes = functools.cache(self._routes)
 
-    @staticmethod
-    def around(cell):
-        return [(cell[0] + down, cell[1] + right) for down, right in STEPS]
-
     def _search(self, starts, *closed):
         """The caregiver's moves to the nearest of some cells, from all cells, round closed ones."""
-        moves = {cell: 0 for cell in starts if cell not in closed}
-        queue = list(moves)
-        for cell in queue:
-            for there in self.around(cell):
-                if there in self.walkable and there not in closed and there not in moves:
-                    moves[there] = moves[cell] + 1
-                    queue.append(there)
-        return moves
+        return distances(self.walkable - {*closed}, *starts - {*closed})
 
     @functools.cache  # noqa: B019 (a few worlds, in tests)
     def bump(self, thing):
         """The novice's moves until it bumps into a thing, from all free cells."""
-        moves, queue = {thing: 0}, [thing]
-        for cell in queue:
-            for there in self.around(cell):
-                if self.at[there] == "." and there not in moves:
-                    moves[there] = moves[cell] + 1
-                    queue.append(there)
-        return moves
+        return distances({*self.free}, thing)
 
     def layers(self, start, goal):
         """Where the novice can be after 0, 1, 2, ... moves of a shortest path."""
         left, layer = self.bump(goal), {start}
         while layer:
             yield layer
-            layer = {n for cell in layer for n in self.around(cell) if left.get(n, 999) == left[cell] - 1 > 0}
+            layer = {n for cell in layer for n in neighbours(cell) if left.get(n, 999) == left[cell] - 1 > 0}
 
     def _routes(self, start):
         """To how many bins a shortest path of the novice leads over each cell."""
@@ -151,10 +134,10 @@ class PlainWorld:
         chance, which, toy = self.stream.steps[self.time]
         self.time += 1
         if chance < self.epsilon:
-            there = self.around(self.novice)[int(which * 4)]
+            there = neighbours(self.novice)[int(which * 4)]
         else:
             left = self.bump(self.goal)
-            good = [n for n in self.around(self.novice) if left.get(n, 999) < left[self.novice]]
+            good = [n for n in neighbours(self.novice) if left.get(n, 999) < left[self.novice]]
             there = good[int(which * len(good))]
         kind = self.at[there]
         if not (self.assisted and there == self.caregiver):
@@ -214,7 +197,7 @@ class PlainWorld:
             safe = stand - self.traps
         else:
             table = self.destination if self.held is not None else self.candles[index]
-            stand = frozenset(cell for cell in self.around(table) if self.at[cell] == ".")
+            stand = frozenset(cell for cell in neighbours(table) if self.at[cell] == ".")
             safe = stand - self.traps
         if self.caregiver not in self.search(safe, self.novice):
             safe = stand
@@ -238,7 +221,7 @@ class PlainWorld:
 
     def make_room(self, stand):
         """The novice stands in the only way: as near to it as can be with a free cell between them."""
-        beside = {self.novice, *self.around(self.novice)} & self.walkable
+        beside = {self.novice, *neighbours(self.novice)} & self.walkable
         away = {}  # from each cell that is not beside it: moves to where to wait, past no cell that is
         for cell in self.walkable - beside:
             part = self.search(frozenset([cell]), *beside)
@@ -246,7 +229,7 @@ class PlainWorld:
             away[cell] = min(moves for there, moves in part.items() if self.search(stand)[there] == nearest)
         waiting = frozenset(cell for cell, moves in away.items() if moves == 0)
         out = self.search(waiting, self.novice)  # for one that is beside it
-        options = [self.caregiver, *(cell for cell in self.around(self.caregiver) if cell in self.walkable)]
+        options = [self.caregiver, *(cell for cell in neighbours(self.caregiver) if cell in self.walkable)]
         self.caregiver = min(options, key=lambda cell: (cell in beside, away.get(cell, out.get(cell, 999))))
 
     def least(self, cost):
@@ -258,7 +241,7 @@ class PlainWorld:
     def walk(self, goals):
         moves = self.search(goals, self.novice)
         if moves[self.caregiver] > 0:
-            self.caregiver = min(self.around(self.caregiver), key=lambda cell: moves.get(cell, 999))
+            self.caregiver = min(neighbours(self.caregiver), key=lambda cell: moves.get(cell, 999))
 
     def state(self):
         gone = tuple(thing is None for thing in self.lying)

@@ -62,6 +62,14 @@ def test_the_grid_shuts_it_for_good():
 
 
 @pytest.mark.usefixtures("_registered")
+def test_verbs_with_the_same_places_share_their_routes(monkeypatch):
+    known = []
+    monkeypatch.setattr("caregiver_mj.grid.world.routes", lambda plan, places: known.extend(places))
+    GridWorld(HOUSE, "1", Gatekeeper(HOUSE))  # `block` and `shut` are done in the same stairwells
+    assert len(known) == len(set(known)) == len(HOUSE.stairwells) + len(HOUSE.tables)
+
+
+@pytest.mark.usefixtures("_registered")
 def test_the_robot_shuts_it_and_no_child_falls_there_any_more():
     env = load("supervise", HOUSE, 0.5, random=0, visuals=False)
     policy = CaregiverPolicy(env, Gatekeeper(HOUSE))

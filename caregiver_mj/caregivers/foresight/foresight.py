@@ -13,8 +13,7 @@ import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver, PrivilegedCaregiver, Truth
 from caregiver_mj.caregivers.foresight.motion import Motion, motion
-from caregiver_mj.caregivers.foresight.option_index import OptionIndex
-from caregiver_mj.caregivers.foresight.options import Cases, Options, Sums, first_of_least, regret
+from caregiver_mj.caregivers.foresight.options import Cases, OptionIndex, Options, Sums, first_of_least, regret
 from caregiver_mj.caregivers.foresight.value_table import (
     OBJECTIVE,
     Objective,
@@ -134,13 +133,12 @@ class ForesightCaregiver(Caregiver):
         lying = self._within_reach_on_the_floor(percept)
         # A candle in the hand is put down first; then one on the floor is picked up.
         empty, index = percept.holding == NOTHING, self.index
-        for world in np.flatnonzero(empty & lying.any(axis=1)):
-            candle = lying[world].argmax()
-            destination = self.destination(percept, np.full(len(lying), candle))[world]
-            self._order(
-                answer, np.array([world]), np.array([index.relocations.start + candle]), np.array([destination])
-            )
-        free = empty & ~lying.any(axis=1)
+        picks = empty & lying.any(axis=1)
+        if picks.any():
+            candle = lying.argmax(axis=1)
+            tables = self.destination(percept, candle)[picks]
+            self._order(answer, np.flatnonzero(picks), index.relocations.start + candle[picks], tables)
+        free = empty & ~picks
         understood = self.belief.understood.all(axis=1)
         by_rule = free & ~(understood & self._plans)
         if by_rule.any():

@@ -47,7 +47,7 @@ class Motion:
         nearest: Index of the nearest of each table's `stands`, (tables, R).
     """
 
-    def __init__(self, plan: FloorPlan, pace: Pace = PAPER, lookouts: tuple[int, ...] = ()):
+    def __init__(self, plan: FloorPlan, pace: Pace, lookouts: tuple[int, ...]):
         graph, cells = plan.graph, len(plan.caregiver_cells)
         self.pace = pace
         self.posts = [plan.cell_index[cell] for cell in plan.posts]
