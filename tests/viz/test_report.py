@@ -179,6 +179,20 @@ def test_a_strike_is_red_and_the_grid_has_none_to_measure(page):
     assert "By the robot: not measured. not measured in the grid" in text
 
 
+@pytest.mark.usefixtures("words_alone")
+def test_harm_is_that_of_the_rows_and_not_of_a_forged_summary(tmp_path):
+    honest, forged = (write_run(tmp_path / name, plan=TINY, caregivers=("none", "paper")) for name in ("a", "b"))
+    summary = json.loads((forged / "summary.json").read_text())
+    (row,) = summary["harm"]
+    for of in (row, row["worst"]):
+        of |= {name: 7.0 for name, value in of.items() if isinstance(value, int | float)}
+    kept = {name: 7.0 for name in summary["comparisons"][0] if name.startswith("toys_reached_left")}
+    summary["comparisons"] = [row | kept for row in summary["comparisons"]]
+    (forged / "summary.json").write_text(json.dumps(summary))
+    harms = [report.section(report.read_run(folder))["harm"] for folder in (honest, forged)]
+    assert harms[0] == harms[1]
+
+
 # -- Files -------------------------------------------------------------------------------------------
 
 

@@ -75,7 +75,7 @@ def score_table(run: Run) -> Table | None:
 
 def wins_table(run: Run) -> Table | None:
     """Return the numbers of houses with less and with more damage than with each other caregiver."""
-    if run.by_house is None or not run.baselines:
+    if run.houses == 1 or not run.baselines:
         return None
     damage = run.by_house.pivot_table(index=["family", "house"], columns="caregiver", values="damage")
     rows = []
@@ -102,7 +102,7 @@ def _pictures(run: Run) -> list[Picture]:
     with_its = ", with its 95 % interval" if bounded else ""
     caption = f"Damage left, as a share of that without a caregiver{with_its} — {run.title}"
     names = {family: family_name(family) for family in run.families}
-    if run.by_house is not None:
+    if run.houses > 1:
         caption = f"Damage left in each house, and its mean over houses{with_its} — {run.title}"
         narrow, wide = (
             figures.houses(run.by_house, means, names, caregiver=run.caregiver, columns=columns)

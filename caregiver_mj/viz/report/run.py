@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from caregiver_mj.caregivers.registry import RULE
 from caregiver_mj.caregivers.server import Queries
@@ -20,7 +19,6 @@ from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.finished import Finished, read_finished
 from caregiver_mj.experiments.spec import BARE_TABLES
-from caregiver_mj.experiments.summary import by_house
 from caregiver_mj.plans.floor_plan import FloorPlan, house_names
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.plans.sets import is_generated
@@ -54,11 +52,6 @@ class Run(Finished):
     def families(self) -> tuple[str, ...]:
         """The families as text, such as "0.5" or "1,0.25"."""
         return tuple(map(str, self.settings.families))
-
-    @functools.cached_property
-    def by_house(self) -> pd.DataFrame | None:
-        """The table of `summary.by_house`, or None for a single house."""
-        return by_house(self.episodes) if self.houses > 1 else None
 
     @property
     def houses(self) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
-from caregiver_mj.experiments import statistics
+from caregiver_mj.experiments import statistics, summary
 from caregiver_mj.experiments.summary import Harm
 from caregiver_mj.experiments.verdicts import MARGINS
 from caregiver_mj.recording.contacts import BODY_LIMITS, CAUTION, FAR, FLAME_CLEAR, WAX_CLEAR
@@ -147,7 +147,7 @@ def children_table(run: Run) -> Table | None:
 
 def harm(run: Run) -> dict[str, Any]:
     """Return verdicts and tables of harm, the sentence on the caregiver, and the others that do harm."""
-    verdicts = run.verdicts
+    verdicts = run.judged_anew(run.acting)
     ours = next(row for row in verdicts if row["caregiver"] == run.caregiver)
     also = [row["caregiver"] for row in verdicts if row["verdict"] == Harm.SHOWN and row is not ours]
     rows = [
@@ -156,7 +156,7 @@ def harm(run: Run) -> dict[str, Any]:
         for part in ({"title": "all", **row, "text": ""}, *row["parts"].values())
     ]
     columns = ("caregiver", "harm in", "could be shown in", "episodes worse than alone", "worst pair")
-    damage = [_harm_cells(row) for row in run.summary["harm"]]
+    damage = [_harm_cells(row) for row in summary.harm(run.by_house)]
     return {
         "shown": ours["verdict"] == Harm.SHOWN,
         "sentence": ours["text"],
