@@ -89,12 +89,8 @@ def _render(arguments: argparse.Namespace) -> None:
         raise CaregiverError(f"--answers must be a finished run in the house for --episode {parsing.BEST}, got none")
     spec, answers = parsing.read_episode(arguments)
     number = spec.episode or 0
-    if spec.seed < 0 or number < 0:
-        raise CaregiverError(f"seed and episode must be at least 0, got {spec.seed} and {number}")
-    if answers and number >= len(answers):
-        raise CaregiverError(f"episode must be below {len(answers)}, as many as --answers has, got {number}")
-    if not answers:
-        find_caregiver(spec.caregiver, queries=spec.queries)
+    if answers and not 0 <= number < len(answers):
+        raise CaregiverError(f"episode must be from 0 to {len(answers) - 1}, as --answers has them, got {number}")
 
     from caregiver_mj.viz import film  # takes seconds to import
 
