@@ -52,7 +52,6 @@ class Panel:
         return self._floor.value
 
     def show(self) -> None:
-        """Show the present moment."""
         session = self._session
         labels = tuple(" ".join(target).rstrip() for target in session.targets) or self._nobody
         if labels != self._targets.options:
