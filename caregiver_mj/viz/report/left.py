@@ -53,9 +53,9 @@ def left_table(run: Run) -> Table:
 
 def left_cell(run: Run, caregiver: str, family: str) -> str:
     """Return the share of damage left with its interval, and both amounts of damage."""
-    row = run.comparison(caregiver, "none", family)
+    row = run.comparison(caregiver, family)
     share = words.with_interval(row, "damage_left", 2, between="\n")
-    if row is None:
+    if not row:
         return share
     ours, alone = (number(run.row(name, family)["damage_mean"]) for name in (caregiver, "none"))
     return f"{share}\n{ours} of {alone}"
@@ -63,9 +63,9 @@ def left_cell(run: Run, caregiver: str, family: str) -> str:
 
 def score_table(run: Run) -> Table | None:
     """Return the score of caregivers by families; None for a run of a version without scores."""
-    if "score" not in run.against_none(run.caregiver, run.families[0]):
+    if "score" not in run.comparison(run.caregiver, run.families[0]):
         return None
-    rows = [(caregiver, *run.cells(caregiver, "score", 2, against="none")) for caregiver in run.acting]
+    rows = [(caregiver, *run.cells(caregiver, "score", 2, against=True)) for caregiver in run.acting]
     note = (
         f"0 as without a caregiver, 1 with the damage of bare tables only{if_bracketed(rows, '; 95 % intervals')}. A "
         "strike counts as the lightest collision, a thing that the robot drops as the worst thing on a table."
@@ -118,22 +118,25 @@ def _pictures(run: Run) -> list[Picture]:
 
 
 def verdicts(run: Run) -> list[tuple[bool, str]]:
-    """Return, for each baseline, whether the caregiver has less damage with every family, and a sentence."""
+    """Return, for each baseline, whether the caregiver has less damage with every family, and a sentence.
+
+    The summary compares the paper's rule alone with others, and with no second name of its own.
+    """
     found = []
-    for baseline in run.baselines:
-        rows = [(f, row) for f in run.families if (row := run.comparison(run.caregiver, baseline, f)) is not None]
+    for baseline in (c for c in run.baselines if c not in RULE and run.caregiver in RULE):
         with_whom: dict[str, list[str]] = {finding: [] for finding in _FINDINGS}
-        for family, row in rows:
+        for family in run.families:
+            row = run.comparison(run.caregiver, family, baseline)
             difference = words.with_interval(row, "damage_difference_mean", 2, sign="+")
             ratio, finding = words.with_interval(row, "damage_left", 2), _finding(row)
             numbers = f" (difference {difference}, ratio {ratio})" if _FINDINGS[finding][1] else ""
             with_whom[finding].append(family_name(family) + numbers)
-        if len(with_whom["less"]) == len(rows):
+        wins = len(with_whom["less"]) == len(run.families)
+        if wins:
             with_whom["less"] = [f"every {run.nouns['group']}"]
         parts = [f"{_FINDINGS[finding][0]} with {', '.join(which)}" for finding, which in with_whom.items() if which]
-        sentence = f"{run.caregiver}, against {baseline}: {'; '.join(parts)}."
-        found.append((all(_finding(row) == "less" for _, row in rows), sentence))
-    return found if run.caregiver in RULE else []  # the summary compares only these with baselines
+        found.append((wins, f"{run.caregiver}, against {baseline}: {'; '.join(parts)}."))
+    return found
 
 
 def _finding(row: dict[str, Any]) -> str:
@@ -259,7 +262,7 @@ def charts(run: Run) -> list[Picture]:
 
 def left_series(run: Run, caregiver: str, label: str, families: Sequence[str], of: str = "damage") -> Series:
     """Return the share of damage, or of toys reached, that a caregiver leaves with each of some families."""
-    rows = [run.comparison(caregiver, "none", family) or {} for family in families]
+    rows = [run.comparison(caregiver, family) for family in families]
     mean, low, high = _numbers(rows, f"{of}_left", ("", "_ci_low", "_ci_high"))
     alone, guarded = (run.published_series("damage_normalised", families, who) for who in (False, True))
     cited = guarded / alone
@@ -285,7 +288,10 @@ def maps(run: Run) -> list[Picture]:
         ("visits", "timesteps an episode", figures.WENT, f"Where {run.nouns['whom']} went"),
         ("damage", "damage an episode", figures.HURT, f"Where {run.nouns['were']} hurt"),
     ):
-        cells = {caregiver: mean_map(run, caregiver, column) for caregiver in ("none", run.caregiver)}
+        sums = run.maps.groupby(["caregiver", "row", "column"])[column].sum()
+        means = sums / (run.settings.episodes * len(run.families))  # of an episode
+        places = list(run.settings.plan.free_cells)
+        cells = {caregiver: means[caregiver].loc[places].to_numpy() for caregiver in ("none", run.caregiver)}
         top = max(float(values.max()) for values in cells.values())
         for caregiver, values in cells.items():
             who = "without" if caregiver == "none" else "with"
@@ -293,10 +299,3 @@ def maps(run: Run) -> list[Picture]:
             name = f"map_{column}_{who}_{run.name}"
             pictures.append(Picture.of(name, figure, f"{caption}, {who} the caregiver — {run.title}"))
     return pictures
-
-
-def mean_map(run: Run, caregiver: str, column: str) -> np.ndarray:
-    """Return the mean of a map's column per episode, over all families, for each free cell."""
-    cells = run.maps[run.maps.caregiver == caregiver].groupby(["row", "column"])[column].sum()
-    values = cells / (run.settings.episodes * len(run.families))
-    return values.loc[list(run.settings.plan.free_cells)].to_numpy()

@@ -21,7 +21,7 @@ from caregiver_mj.viz.report.run import Run
 from caregiver_mj.viz.report.words import NONE, TITLES, Picture, Table, family_name, if_bracketed, number, with_interval
 
 MARGIN = MARGINS["toys_reached"]
-_RIVALS = 3  # number of other caregivers in a figure
+_RIVALS = 3  # other caregivers in a figure: those that leave the least damage
 _BY_CHILD = {"damage_by_child": "damage", "toys_by_child": "toys_reached"}  # columns of each child, and of their sum
 # Columns of contacts, aggregation over episodes, and digits.
 _SHOWN = (
@@ -40,55 +40,46 @@ _SOURCE = "DGUV 2011, as reprinted in Buxbaum and Sen, table 1.4 (in: Bendel, Pf
 
 def damage_table(run: Run) -> Table:
     """Return the paper's Table I: normalised damage, and the share left."""
-    rows = []
-    for family in run.families:
-        alone, guarded = run.row("none", family), run.row(run.caregiver, family)
-        cited = run.published("damage_normalised", family)
-        cells = (
-            with_interval(alone, "damage_normalised_mean", 3, between="\n"),
-            NONE if cited is None else f"{cited[0]:.3f}",
-            with_interval(guarded, "damage_normalised_mean", 3, between="\n"),
-            NONE if cited is None else f"{cited[1]:.3f}",
-            left_cell(run, run.caregiver, family),
-            NONE if cited is None else f"{cited[1] / cited[0]:.2f}",
-        )
-        rows.append((family_name(family), *cells))
+    column = "damage_normalised"
+    ours = {what: run.cells(who, f"{column}_mean", 3) for what, who in (("without", "none"), ("with", run.caregiver))}
+    ours["left"] = [left_cell(run, run.caregiver, family) for family in run.families]
+    rows = _beside_published(run, column, ours, (3, 3, 2))
     interval = if_bracketed(rows, " and its 95 % interval")
     note = (
         f"Mean normalised damage in {EPISODE_TIMESTEPS} timesteps{interval}. 1.0 is the greatest of any "
         f"episode of the run ({run.episodes.damage.max():g}), the greater, the more episodes: compare the shares left. "
         "Below these is the damage itself, of that without."
     )
-    return _beside_published(run, f"Table I. Damage — {run.title}", ("without", "with", "left"), rows, note)
+    return Table(f"Table I. Damage — {run.title}", rows[0], rows[1:], note)
 
 
 def timesteps_table(run: Run) -> Table:
     """Return the paper's Table II: timesteps until the threshold of damage."""
     column = "timesteps_to_threshold"
-    cited = [run.published(column, family) for family in run.families]
-    cells: list[Sequence[str]] = [[family_name(family) for family in run.families]]
-    for i, caregiver in enumerate(("none", run.caregiver)):
-        cells += [run.cells(caregiver, f"{column}_mean"), [NONE if one is None else f"{one[i]:.1f}" for one in cited]]
-    rows = list(zip(*cells, strict=True))
+    ours = {what: run.cells(who, f"{column}_mean") for what, who in (("without", "none"), ("with", run.caregiver))}
+    rows = _beside_published(run, column, ours, (1, 1))
     note = f"Mean timesteps until the damage is above {DAMAGE_THRESHOLD:g}, at most {EPISODE_TIMESTEPS}"
     note += if_bracketed(rows, ", and its 95 % interval") + "."
-    return _beside_published(run, f"Table II. Timesteps — {run.title}", ("without", "with"), rows, note)
+    return Table(f"Table II. Timesteps — {run.title}", rows[0], rows[1:], note)
 
 
 def _beside_published(
-    run: Run, title: str, quantities: tuple[str, ...], rows: Sequence[tuple[str, ...]], note: str
-) -> Table:
-    """Return a table with our numbers and the paper's in turn; without the latter if they are not comparable."""
-    if run.cited:
-        columns = tuple(f"{quantity}, {where}" for quantity in quantities for where in ("here", "published"))
-    else:
-        columns, rows = quantities, [(row[0], *row[1::2]) for row in rows]
-    return Table(title, (run.nouns["who"], *columns), rows, note)
+    run: Run, column: str, ours: Mapping[str, Sequence[str]], digits: Sequence[int]
+) -> list[tuple[str, ...]]:
+    """Return titles and rows of our cells, each beside the paper's number where these are comparable."""
+    published = [run.published(column, family) for family in run.families]
+    columns = [(run.nouns["who"], *map(family_name, run.families))]
+    for i, (quantity, cells) in enumerate(ours.items()):
+        columns.append((f"{quantity}, here" if run.cited else quantity, *cells))
+        if run.cited:
+            theirs = (NONE if one is None else f"{(*one, one[1] / one[0])[i]:.{digits[i]}f}" for one in published)
+            columns.append((f"{quantity}, published", *theirs))
+    return list(zip(*columns, strict=True))
 
 
 def comparison_table(run: Run) -> Table:
     """Return the differences due to the caregiver, with intervals and tests."""
-    found = {family: run.against_none(run.caregiver, family) for family in run.families}
+    found = {family: run.comparison(run.caregiver, family) for family in run.families}
     compared = [column for column in statistics.COMPARED if all(f"{column}_p" in row for row in found.values())]
     rows = []
     for family, row in found.items():
@@ -128,18 +119,13 @@ def children_table(run: Run) -> Table | None:
     """Return damage and toys of each child; None without families of several."""
     if not run.several:
         return None
-    episodes, rows = run.episodes, []
+    groups, rows = run.episodes.groupby(["caregiver", "family"]), []
+    means = [groups[column].apply(lambda lists: np.mean([*lists], axis=0)) for column in _BY_CHILD]
     for family in (family for family in run.families if len(words.members(family)) > 1):
-        means = {
-            (caregiver, column): np.mean(np.stack(chosen[column].to_numpy()), axis=0)
-            for caregiver in ("none", run.caregiver)
-            for chosen in [episodes[(episodes.caregiver == caregiver) & (episodes.family == family)]]
-            for column in _BY_CHILD
-        }
         for child, (behaviour, epsilon) in enumerate(words.members(family)):
             name = f"{family_name(family)}: {behaviour or 'novice'} {child + 1}, {100 * epsilon:g} %"
-            keys = [(caregiver, column) for column in _BY_CHILD for caregiver in ("none", run.caregiver)]
-            rows.append((name, *(number(float(means[key][child])) for key in keys)))
+            values = (mean[caregiver, family][child] for mean in means for caregiver in ("none", run.caregiver))
+            rows.append((name, *map(number, values)))
     columns = (f"{TITLES[total]}, {what}" for total in _BY_CHILD.values() for what in ("without", "with"))
     note = "Means of an episode, without and with the caregiver."
     return Table(f"Each child — {run.title}", ("child", *columns), rows, note)
@@ -234,7 +220,8 @@ def limits_table(episodes: pd.DataFrame, where: str = "", compliant: bool = Fals
 
 def child(run: Run) -> dict[str, Any]:
     """Return the figures and tables."""
-    shown = (run.caregiver, *run.rivals(_RIVALS))
+    rivals = sorted(run.baselines, key=lambda caregiver: run.mean(caregiver, "damage"))[:_RIVALS]
+    shown = (run.caregiver, *(caregiver for caregiver in run.baselines if caregiver in rivals))
     lines = {family: words.in_lines(family) for family in run.families}
     names = {family: family_name(family) for family in run.families}
     survival = figures.survival(run.episodes, names, ("none", *shown, *run.bare_tables), caregiver=run.caregiver)
@@ -256,7 +243,7 @@ def _toys_verdicts(run: Run) -> str:
     """Return the verdicts on the caregiver's loss of toys against the margin, as a sentence."""
     with_whom: dict[str, list[str]] = {}
     for family in run.families:
-        verdict = run.against_none(run.caregiver, family)["toys_reached_not_inferior"]
+        verdict = run.comparison(run.caregiver, family)["toys_reached_not_inferior"]
         with_whom.setdefault(verdict, []).append(family_name(family))
     verdicts = "; ".join(f"{verdict} with {', '.join(names)}" for verdict, names in with_whom.items())
     return f"with {run.caregiver} and a margin of {100 * MARGIN:g} %, stated beforehand: {verdicts}"
@@ -269,9 +256,9 @@ def child_table(run: Run) -> Table:
         f"{100 * before['stopped_mean']:.0f} → {100 * after['stopped_mean']:.0f}"
         for before, after in zip(alone, guarded, strict=True)
     )
-    verdicts = (run.against_none(run.caregiver, family)["toys_reached_not_inferior"] for family in run.families)
+    verdicts = (run.comparison(run.caregiver, family)["toys_reached_not_inferior"] for family in run.families)
     rows = [
-        ("toys kept, %", *run.cells(run.caregiver, "toys_reached_left", scale=100.0, against="none")),
+        ("toys kept, %", *run.cells(run.caregiver, "toys_reached_left", scale=100.0, against=True)),
         (f"< {100 * MARGIN:g} % lost?", *verdicts),
         ("stairwells denied", *run.cells(run.caregiver, "moves_blocked_stairwell_mean")),
         ("free moves denied", *run.cells(run.caregiver, "moves_blocked_free_mean")),
@@ -302,8 +289,8 @@ def _stop_table(run: Run) -> Table:
 def _toys_table(run: Run) -> Table:
     rows = []
     for caregiver in run.acting:
-        kept = run.cells(caregiver, "toys_reached_left", scale=100.0, against="none")
-        verdicts = (run.against_none(caregiver, family)["toys_reached_not_inferior"] for family in run.families)
+        kept = run.cells(caregiver, "toys_reached_left", scale=100.0, against=True)
+        verdicts = (run.comparison(caregiver, family)["toys_reached_not_inferior"] for family in run.families)
         rows.append((caregiver, *map("\n".join, zip(kept, verdicts, strict=True))))
     interval = if_bracketed(rows, ", the 95 % interval")
     note = f"% of the toys reached alone{interval}, and whether less than {100 * MARGIN:g} % are lost."

@@ -63,10 +63,10 @@ def number(value: float, digits: int = 1, sign: str = "-") -> str:
 
 
 def with_interval(
-    row: dict[str, Any] | None, key: str, digits: int = 1, sign: str = "-", between: str = " ", scale: float = 1.0
+    row: dict[str, Any], key: str, digits: int = 1, sign: str = "-", between: str = " ", scale: float = 1.0
 ) -> str:
     """Return a number of the summary with its interval in brackets; unbounded ends are infinite."""
-    if row is None or row[key] is None:
+    if row.get(key) is None:
         return NONE
     stem = key.removesuffix("_mean")
     value, low, high = (row[name] for name in (key, f"{stem}_ci_low", f"{stem}_ci_high"))
