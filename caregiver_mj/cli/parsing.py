@@ -38,7 +38,7 @@ CHILDREN_OPTIONS = ("--children", "--child", "--child-speed")  # without --epsil
 QUERIES = ("--base-url", "--max-calls", "--max-tokens", "--patience", "--thinking", "--frames")  # for `read_queries`
 WORKERS = ("--jobs", "--executor", "--scheduler")  # for `make_executor`
 WHERE = ("--house", "--damage", "--epsilon", *CHILDREN_OPTIONS)  # house and children, for `read_spec`
-_OF_RUN = (*WHERE, "--embodiment", "--seed", "--sight", "--task", "--world")  # what the run of --answers decides
+_OF_RUN = (*WHERE, "--embodiment", "--seed", "--sight", "--task", "--world", *QUERIES)  # what --answers decides
 
 
 def add(command: argparse._ActionsContainer, *names: str, **changed: Any) -> None:
@@ -263,7 +263,7 @@ def read_episode(arguments: argparse.Namespace, **more: Any) -> tuple[EpisodeSpe
             f"'{arguments.answers}'"
         )
     spec = run.spec(plan, family, arguments.caregiver, number)
-    return dataclasses.replace(spec, queries=read_queries(arguments), file="", **more), answers
+    return dataclasses.replace(spec, queries=Queries(), file="", **more), answers
 
 
 def warn_of_no_room(plan: FloorPlan) -> None:

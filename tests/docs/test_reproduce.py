@@ -58,12 +58,6 @@ def test_an_older_page_says_so_and_a_current_one_does_not(monkeypatch):
     assert marked(older, {}, {}) == "# Title\n\n\nWords.\n"  # its entry is gone
 
 
-def test_an_entry_may_have_no_page_yet(tmp_path):
-    one = entry(pages=("new.md",))
-    assert not one.is_current(tmp_path)
-    assert mark_all(tmp_path, {"some": one}) == []
-
-
 def test_a_digest_is_of_the_world_the_studies_and_the_commands(monkeypatch, tmp_path):
     (tmp_path / "scripts/studies").mkdir(parents=True)
     study = tmp_path / "scripts/studies/coverage.py"

@@ -60,7 +60,6 @@ def test_film_shows_house_and_display_and_the_still_is_its_middle(short_film):
 
 
 def test_large_views_from_above_are_near_the_house_and_near_those_whom_it_is_about():
-    """As with the automatic camera, which leaves a column for insets and plan."""
     episode = Episode(EpisodeSpec("home", 0.5, "none"))
     width, height, top = 480, 240, hud.strip_top(480, 240)
 

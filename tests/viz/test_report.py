@@ -16,6 +16,7 @@ from test_cli import fails
 from caregiver_mj import cli
 from caregiver_mj.caregivers.server import Queries
 from caregiver_mj.viz import figure_style, figures, film, report
+from caregiver_mj.viz.report.left import verdicts
 from caregiver_mj.viz.report.run import read_run
 from caregiver_mj.viz.report.tables import children_table
 
@@ -199,14 +200,15 @@ def test_page_is_self_contained(page):
 def test_a_caregiver_can_be_chosen(tmp_path, capsys):
     run = tmp_path / "run"
     evaluate = f"evaluate --world grid --epsilon 1 --episodes 2 --out {run} --caregiver none paper nearest"
-    assert cli.main(evaluate.split()) == 0
-    for chosen, shown in ((), "paper"), (("--caregiver", "nearest"), "nearest"):
+    assert cli.main([*evaluate.split(), "expected-danger"]) == 0
+    assert [sentence.split(":")[0] for _, sentence in verdicts(read_run(run))] == ["expected-danger, against nearest"]
+    for chosen, shown in (("--caregiver", "paper"), "paper"), (("--caregiver", "nearest"), "nearest"):
         assert cli.main(["report", str(run), *chosen]) == 0
         page = (run / "report.html").read_text("utf-8")
         assert f"<h2>Grid (paper), caregiver <code>{shown}</code></h2>" in page
         assert ("In the paper, the same novices" in page) == (shown == "paper")  # its numbers are of the rule
     capsys.readouterr()
-    assert "which has paper, nearest" in fails(capsys, ["report", run, "--caregiver", "guard"])
+    assert "which has paper, nearest, expected-danger" in fails(capsys, ["report", run, "--caregiver", "guard"])
 
 
 def test_refused(tmp_path, capsys):
