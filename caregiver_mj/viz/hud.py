@@ -48,7 +48,8 @@ def layout(plan: FloorPlan, width: int, height: int, legend: bool, column: int =
     the right side by side if it is wider than high, else one below the other with the plan at the lower end.
     """
     scale, box, lower = Scale(height), _chart(plan, width, height).box, strip_top(width, height)
-    margin, gap, legend_height = scale.px(12), scale.px(8), _legend_height(scale)
+    margin, gap = scale.px(12), scale.px(8)
+    legend_height = 2 * _key_height(scale) + scale.small + scale.px(14) + scale.px(10)
     across, down = box[2] - box[0], box[3] - box[1]
     room = (column, lower) if column else (width, row)
     right, top = width - margin, lower - room[1] + margin
@@ -160,10 +161,6 @@ def _draw_legend(image: Image.Image, forecast: Forecast, scale: Scale) -> None:
 def _key_height(scale: Scale) -> int:
     """Return the height of a key with its scale, pixels."""
     return 2 * scale.small + scale.px(24)
-
-
-def _legend_height(scale: Scale) -> int:
-    return 2 * _key_height(scale) + scale.small + scale.px(14) + scale.px(10)
 
 
 def _draw_key(card: Image.Image, scale: Scale, top: int, wordings: tuple[str, ...], colour: Colour) -> None:

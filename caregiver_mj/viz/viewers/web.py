@@ -81,7 +81,7 @@ class WebViewer:
             self._scene = WebScene(self.server, episode, self._plain)
             self.session.skip_time()
         self._panel.show()
-        self._scene.show(episode, self._panel.foreseen)
+        self._scene.show(episode, self._panel.foreseen.value)
 
     def close(self) -> None:
         with contextlib.redirect_stdout(io.StringIO()):
