@@ -281,13 +281,7 @@ def _draw_bars(image: Image.Image, area: Area, state: HudState) -> None:
     shown = _shown(area, unsafe, state.target)
     title = "EXPECTED DANGER" if len(shown) == len(danger) else f"EXPECTED DANGER, {len(shown)} OF {len(danger)}"
     titles = (title,) if state.unsafe_danger is None else (f"{title}   outlined: if surely unsafe", title)
-    write(
-        image,
-        (area.left, area.top + small),
-        fit(titles, small, area.width),
-        small,
-        LABEL,
-    )
+    write(image, (area.left, area.top + small), fit(titles, small, area.width), small, LABEL)
     full = max(_FULL_BAR, unsafe.max(), danger.max())
     base, ceiling = area.bottom - small - px(6), area.top + 2 * small + px(6)
     pitch = min(area.width / len(shown), px(84))

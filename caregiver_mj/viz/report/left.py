@@ -17,7 +17,7 @@ from caregiver_mj.viz import figures
 from caregiver_mj.viz.figure_style import Series
 from caregiver_mj.viz.report import words
 from caregiver_mj.viz.report.run import Run
-from caregiver_mj.viz.report.words import NONE, Picture, Table, family_name, if_bracketed, in_lines, number
+from caregiver_mj.viz.report.words import NONE, Picture, Table, family_name, in_lines, number
 
 _FEW = 4  # number of other caregivers from which on each has a row of its own
 _MARGIN = f"within {MARGINS['damage']:.0%}".replace("%", " %")
@@ -43,11 +43,9 @@ def left_table(run: Run) -> Table:
     """Return the damage left: a row for each caregiver, in the run's order, and a column for each family."""
     caregivers = [caregiver for caregiver in run.settings.caregivers if caregiver != "none"]
     rows = [(c, *(left_cell(run, c, family) for family in run.families)) for c in caregivers]
-    note = f"Share of the damage without a caregiver that is left{if_bracketed(rows, ', and its 95 % interval')}"
-    note += "; damage of an episode, of that alone."
+    note = "Share of the damage without a caregiver that is left; damage of an episode, of that alone."
     if run.houses > 1:
-        note += f" Means over {run.houses} houses, each of which counts the same"
-        note += if_bracketed(rows, "; intervals are over houses") + "."
+        note += f" Means over {run.houses} houses, each of which counts the same; intervals are over houses."
     return run.table("Damage left by each caregiver", "caregiver", rows, note)
 
 
@@ -67,8 +65,8 @@ def score_table(run: Run) -> Table | None:
         return None
     rows = [(caregiver, *run.cells(caregiver, "score", 2, against=True)) for caregiver in run.acting]
     note = (
-        f"0 as without a caregiver, 1 with the damage of bare tables only{if_bracketed(rows, '; 95 % intervals')}. A "
-        "strike counts as the lightest collision, a thing that the robot drops as the worst thing on a table."
+        "0 as without a caregiver, 1 with the damage of bare tables only. A strike counts as the lightest collision, a "
+        "thing that the robot drops as the worst thing on a table."
     )
     return run.table("Score of each caregiver", "caregiver", rows, note)
 
@@ -98,19 +96,17 @@ def _pictures(run: Run) -> list[Picture]:
     name, bare_tables = f"damage_left_{run.name}", next(iter(run.bare_tables), "")
     means = pd.DataFrame([row for row in run.summary["comparisons"] if row["baseline"] == "none"])
     means = means.set_index("caregiver").loc[[c for c in run.settings.caregivers if c != "none"]].reset_index()
-    bounded = means[["damage_left_ci_low", "damage_left_ci_high"]].notna().any(axis=None)
-    with_its = ", with its 95 % interval" if bounded else ""
-    caption = f"Damage left, as a share of that without a caregiver{with_its} — {run.title}"
+    caption = f"Damage left, as a share of that without a caregiver; bars are 95 % intervals — {run.title}"
     names = {family: family_name(family) for family in run.families}
     if run.houses > 1:
-        caption = f"Damage left in each house, and its mean over houses{with_its} — {run.title}"
+        caption = f"Damage left in each house, and its mean over houses — {run.title}"
         narrow, wide = (
             figures.houses(run.by_house, means, names, caregiver=run.caregiver, columns=columns)
             for columns in (1, len(names))
         )
         return [Picture.of(name, narrow, caption), Picture.of(f"{name}_wide", wide, caption)]
     if len(run.baselines) >= _FEW:
-        return [Picture.of(name, figures.houses(None, means, names, caregiver=run.caregiver), caption)]
+        return [Picture.of(name, figures.houses(run.by_house[:0], means, names, caregiver=run.caregiver), caption)]
     series = [left_series(run, caregiver, caregiver, run.families) for caregiver in (run.caregiver, *run.baselines)]
     line = left_series(run, bare_tables, bare_tables, run.families) if bare_tables else None
     lines = [in_lines(family) for family in run.families]
@@ -171,8 +167,7 @@ def side_by_side(runs: Sequence[Run]) -> dict[str, Any] | None:
         if apart is not None:
             cells.append(words.percent(apart[i]))
         rows.append((family_name(family), *cells))
-    note = "Share of the damage that is left with the caregiver" + if_bracketed(rows, ", and its 95 % interval")
-    note += "; damage of an episode, of that alone."
+    note = "Share of the damage that is left with the caregiver; damage of an episode, of that alone."
     note += "" if apart is None else _on_average(families, apart)
     title = f"Damage left in {len(runs)} runs"
     who = next((run for run in runs if run.several), runs[0]).nouns["who"]
@@ -230,8 +225,7 @@ def kinds_table(run: Run) -> Table:
     for kind, name in figures.kinds_in(pd.DataFrame(run.summary["rows"])).items():
         rows += [(f"{name}, {how}", *run.cells(caregiver, f"{kind}_mean")) for caregiver, how in who.items()]
     rows.append((_OF_ALL, *(_share(run, family) for family in run.families)))
-    interval = if_bracketed(rows, " and its 95 % interval")
-    note = f"Damage of an episode{interval}. Where a candle is taken from a table, that is a bare one."
+    note = "Damage of an episode. Where a candle is taken from a table, that is a bare one."
     return run.table("What is left, and of what", "damage at", rows, note)
 
 

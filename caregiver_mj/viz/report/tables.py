@@ -18,7 +18,7 @@ from caregiver_mj.viz import figures
 from caregiver_mj.viz.report import words
 from caregiver_mj.viz.report.left import left_cell, left_series
 from caregiver_mj.viz.report.run import Run
-from caregiver_mj.viz.report.words import NONE, TITLES, Picture, Table, family_name, if_bracketed, number, with_interval
+from caregiver_mj.viz.report.words import NONE, TITLES, Picture, Table, family_name, number, with_interval
 
 MARGIN = MARGINS["toys_reached"]
 _RIVALS = 3  # other caregivers in a figure: those that leave the least damage
@@ -44,11 +44,10 @@ def damage_table(run: Run) -> Table:
     ours = {what: run.cells(who, f"{column}_mean", 3) for what, who in (("without", "none"), ("with", run.caregiver))}
     ours["left"] = [left_cell(run, run.caregiver, family) for family in run.families]
     rows = _beside_published(run, column, ours, (3, 3, 2))
-    interval = if_bracketed(rows, " and its 95 % interval")
     note = (
-        f"Mean normalised damage in {EPISODE_TIMESTEPS} timesteps{interval}. 1.0 is the greatest of any "
-        f"episode of the run ({run.episodes.damage.max():g}), the greater, the more episodes: compare the shares left. "
-        "Below these is the damage itself, of that without."
+        f"Mean normalised damage in {EPISODE_TIMESTEPS} timesteps. 1.0 is the greatest of any episode of the run "
+        f"({run.episodes.damage.max():g}), the greater, the more episodes: compare the shares left. Below these is the "
+        "damage itself, of that without."
     )
     return Table(f"Table I. Damage — {run.title}", rows[0], rows[1:], note)
 
@@ -58,8 +57,7 @@ def timesteps_table(run: Run) -> Table:
     column = "timesteps_to_threshold"
     ours = {what: run.cells(who, f"{column}_mean") for what, who in (("without", "none"), ("with", run.caregiver))}
     rows = _beside_published(run, column, ours, (1, 1))
-    note = f"Mean timesteps until the damage is above {DAMAGE_THRESHOLD:g}, at most {EPISODE_TIMESTEPS}"
-    note += if_bracketed(rows, ", and its 95 % interval") + "."
+    note = f"Mean timesteps until the damage is above {DAMAGE_THRESHOLD:g}, at most {EPISODE_TIMESTEPS}."
     return Table(f"Table II. Timesteps — {run.title}", rows[0], rows[1:], note)
 
 
@@ -88,12 +86,11 @@ def comparison_table(run: Run) -> Table:
             for column in compared
         ]
         rows.append((family_name(family), *cells))
-    interval = ", in brackets its 95 % interval (studentised bootstrap; ∞ where the episodes do not bound it)"
     note = (
         f"With the caregiver less without, paired: episode i has the same {run.nouns['who']} both times. The mean "
-        f"difference{if_bracketed(rows, interval)}, and "
-        "the p of the same mean being zero (sign flips, two-sided, this one alone; summary.json has it corrected by "
-        "Holm, too); no p where fewer than six pairs differ, for none could be small enough."
+        "difference (intervals by studentised bootstrap; ∞ where the episodes do not bound it), and the p of the same "
+        "mean being zero (sign flips, two-sided, this one alone; summary.json has it corrected by Holm, too); no p "
+        "where fewer than six pairs differ, for none could be small enough."
     )
     columns = (run.nouns["who"], *(TITLES[column] for column in compared))
     return Table(f"Differences that the caregiver makes — {run.title}", columns, rows, note)
@@ -228,7 +225,7 @@ def child(run: Run) -> dict[str, Any]:
     toys = figures.toys_kept(
         list(lines.values()), [left_series(run, c, c, run.families, "toys_reached") for c in shown], MARGIN
     )
-    toys_caption = f"Toys reached, as a share of those alone; {_toys_verdicts(run)} — {run.title}"
+    toys_caption = f"Toys reached, as a share of those alone — {run.title}"
     return {
         "table": child_table(run),
         "more": [_stop_table(run), *([_toys_table(run), _denied_table(run)] if run.baselines else [])],
@@ -237,16 +234,6 @@ def child(run: Run) -> dict[str, Any]:
             Picture.of(f"toys_{run.name}", toys, toys_caption),
         ],
     }
-
-
-def _toys_verdicts(run: Run) -> str:
-    """Return the verdicts on the caregiver's loss of toys against the margin, as a sentence."""
-    with_whom: dict[str, list[str]] = {}
-    for family in run.families:
-        verdict = run.comparison(run.caregiver, family)["toys_reached_not_inferior"]
-        with_whom.setdefault(verdict, []).append(family_name(family))
-    verdicts = "; ".join(f"{verdict} with {', '.join(names)}" for verdict, names in with_whom.items())
-    return f"with {run.caregiver} and a margin of {100 * MARGIN:g} %, stated beforehand: {verdicts}"
 
 
 def child_table(run: Run) -> Table:
@@ -270,7 +257,6 @@ def child_table(run: Run) -> Table:
         f"{100 * (1 - MARGIN):g} %, a margin stated before any comparison. Moves an episode that the caregiver denies, "
         "and timesteps on end. Episodes stopped, without → with."
     )
-    note += if_bracketed(rows, " In brackets 95 % intervals.")
     return run.table("The child's side", "with the caregiver", rows, note)
 
 
@@ -281,8 +267,7 @@ def _stop_table(run: Run) -> Table:
         for what, column in (("toys reached", "toys_reached"), ("damage until the stop", "damage_until_stop"))
         for how, caregiver in (("without", "none"), ("with", run.caregiver))
     ]
-    interval = if_bracketed(rows, " and 95 % intervals")
-    note = f"Means of an episode{interval}. The stop is where the damage comes above {DAMAGE_THRESHOLD:g}."
+    note = f"Means of an episode. The stop is where the damage comes above {DAMAGE_THRESHOLD:g}."
     return run.table("Toys, and damage until the stop", "mean", rows, note)
 
 
@@ -292,8 +277,7 @@ def _toys_table(run: Run) -> Table:
         kept = run.cells(caregiver, "toys_reached_left", scale=100.0, against=True)
         verdicts = (run.comparison(caregiver, family)["toys_reached_not_inferior"] for family in run.families)
         rows.append((caregiver, *map("\n".join, zip(kept, verdicts, strict=True))))
-    interval = if_bracketed(rows, ", the 95 % interval")
-    note = f"% of the toys reached alone{interval}, and whether less than {100 * MARGIN:g} % are lost."
+    note = f"% of the toys reached alone, and whether less than {100 * MARGIN:g} % are lost."
     return run.table("Toys kept by each caregiver", "caregiver", rows, note)
 
 
