@@ -109,7 +109,7 @@ class Studio:
         inset_size = hud.layout(plan, width, height, episode.foresees, self._column, self._row).inset
         beside = AUTO if self._row or self._column > _ASIDE * width else camera
         names = _BESIDE.get(beside, (AUTO, _HAND)) if is_wide and inset_size[1] >= _LEAST_INSET else ()
-        names = [name for name in names if name != _HAND or episode.env.task.has_robot]
+        names = tuple(name for name in names if name != _HAND or episode.env.task.has_robot)
         self._insets = {name: Camera(physics, _SOMEWHERE, *inset_size) for name in names}
         shots = (self._camera, self._tiles) if is_close else (self._insets.get(AUTO),)
         self._close = [shot for shot in shots if shot]
