@@ -52,6 +52,11 @@ def fails(capsys, argv):
         (["render", "--out", f"{'x' * 300}.mp4"], ["cannot be written", "too long"]),
         (["render", "--out", "film.mp4", "--child", "adversary:0"], ["a name alone", "use --epsilon adversary:0"]),
         (["render", "--out", "film.mp4", "--overlay", "rain"], ["--overlay", "rain", "danger"]),
+        ([*GRID, "--frames"], ["--frames requires", "http://ADDRESS or chat:MODEL", "got none expected-danger"]),
+        ([*GRID, "--caregiver", "http://127.0.0.1:9", "--base-url", "http://127.0.0.1:9/v1"], ["requires", "chat:"]),
+        (["render", "--out", "film.mp4", "--patience", "5"], ["--patience requires", "got expected-danger"]),
+        (["view", "--caregiver", "none", "--thinking", "real-time"], ["--thinking requires", "got none"]),
+        (["record", "--format", "minari", "--out", "sets", "--max-tokens", "5"], ["--max-tokens requires"]),
         (["compare", "a"], ["required: SECOND"]),
         (["house", "show", "two\nlines"], ["two lines"]),
         (["house", "check", "test-100/100"], ["test-100/0 to test-100/99"]),
@@ -69,6 +74,12 @@ def test_bad_floor_plan(capsys, tmp_path):
     (tmp_path / "bad.txt").write_text(PLAN.replace("C", "X"))
     message = fails(capsys, ["house", "check", tmp_path / "bad.txt"])
     assert all(word in message for word in ("bad", "line 4, column 2", "'X'"))
+
+
+@pytest.mark.parametrize("side", [3_000, 200])
+def test_a_plan_of_too_many_cells(capsys, tmp_path, side):
+    (tmp_path / "huge.txt").write_text("\n".join(["#" * side] * side))
+    assert "must have at most 10,000 cells, got" in fails(capsys, ["house", "check", tmp_path / "huge.txt"])
 
 
 def test_files_of_odd_bytes(capsys, tmp_path):

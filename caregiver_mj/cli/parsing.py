@@ -38,7 +38,7 @@ CHILDREN_OPTIONS = ("--children", "--child", "--child-speed")  # without --epsil
 QUERIES = ("--base-url", "--max-calls", "--max-tokens", "--patience", "--thinking", "--frames")  # for `read_queries`
 WORKERS = ("--jobs", "--executor", "--scheduler")  # for `make_executor`
 WHERE = ("--house", "--damage", "--epsilon", *CHILDREN_OPTIONS)  # house and children, for `read_spec`
-_OF_RUN = (*WHERE, "--embodiment", "--seed", "--sight", "--task", "--world")  # what the run of --answers decides
+_OF_RUN = (*WHERE, "--embodiment", "--seed", "--sight", "--task", "--world", *QUERIES)  # what --answers decides
 
 
 def add(command: argparse._ActionsContainer, *names: str, **changed: Any) -> None:
@@ -154,11 +154,23 @@ def read_spec(arguments: argparse.Namespace, **more: Any) -> EpisodeSpec:
 
 
 def read_queries(arguments: argparse.Namespace, folder: str | os.PathLike[str] = "") -> Queries:
-    """Return the queries of the options `QUERIES`; `folder` is that of their log and budget."""
+    """Return the queries of the options `QUERIES`; `folder` is that of their log and budget.
+
+    Raises:
+        CaregiverError: An option is invalid, or without effect on the caregivers.
+    """
     names = ("max_calls", "max_tokens", "patience", "thinking", "frames")
     said = {name: getattr(arguments, name) for name in names}
     queries = Queries(arguments.base_url or "", folder=os.fspath(folder), **said)
     queries.check()
+    caregivers = [arguments.caregiver] if isinstance(arguments.caregiver, str) else arguments.caregiver
+    used = queries.for_caregivers(caregivers)
+    for name in ("base_url", *names):
+        if getattr(queries, name) not in (getattr(Queries, name), getattr(used, name)):
+            who = "chat:MODEL" if name == "base_url" else "http://ADDRESS or chat:MODEL"
+            raise CaregiverError(
+                f"--{name.replace('_', '-')} requires caregiver {who}, which asks a server, got {' '.join(caregivers)}"
+            )
     return queries
 
 
@@ -251,7 +263,7 @@ def read_episode(arguments: argparse.Namespace, **more: Any) -> tuple[EpisodeSpe
             f"'{arguments.answers}'"
         )
     spec = run.spec(plan, family, arguments.caregiver, number)
-    return dataclasses.replace(spec, queries=read_queries(arguments), file="", **more), answers
+    return dataclasses.replace(spec, queries=Queries(), file="", **more), answers
 
 
 def warn_of_no_room(plan: FloorPlan) -> None:

@@ -10,7 +10,7 @@ import pathlib
 import re
 from typing import TYPE_CHECKING
 
-from caregiver_mj.caregivers.registry import PLAYERS, find_caregiver
+from caregiver_mj.caregivers.registry import PLAYERS
 from caregiver_mj.cli import parsing
 from caregiver_mj.errors import CaregiverError, check_integer
 from caregiver_mj.experiments.provenance import origins, source_digest, versions
@@ -63,7 +63,6 @@ def add_record(command: argparse.ArgumentParser) -> None:
 
 def _run(arguments: argparse.Namespace) -> None:
     check_integer("episodes", arguments.episodes, 1, _MOST_EPISODES)
-    check_integer("seed", arguments.seed, 0)
     if arguments.seconds is not None and not 0 < arguments.seconds <= _MOST_SECONDS:
         raise CaregiverError(f"seconds must be a positive number of at most {_MOST_SECONDS}, got {arguments.seconds}")
     if not arguments.out:
@@ -78,8 +77,6 @@ def _run(arguments: argparse.Namespace) -> None:
         arguments.episodes = len(answers)
     from caregiver_mj.envs.recipe import Recording  # needs an extra, and imports MuJoCo
 
-    if spec.caregiver != RANDOM and find_caregiver(spec.caregiver, queries=spec.queries) is None:
-        raise CaregiverError(f"caregiver must be one that acts, got '{spec.caregiver}'")
     if spec.caregiver in PLAYERS and not answers:
         raise CaregiverError(
             f"caregiver '{spec.caregiver}' requires --answers DIR, a run that `caregiver-mj view` has kept"
@@ -122,26 +119,22 @@ def _name(spec: EpisodeSpec) -> str:
 
 def check(arguments: argparse.Namespace, recording: Recording, name: str, target: pathlib.Path) -> None:
     """Raise CaregiverError, before running anything, if the data set cannot be made or written."""
-    if arguments.format == "minari":
-        from caregiver_mj.recording.minari_dataset import check_name
-
-        check_name(name)
-    elif arguments.name is not None:
-        raise CaregiverError(
-            "--name must be left out with --format lerobot: its data set has the name of its folder, --out"
-        )
     try:
         if target.exists():
             raise CaregiverError(f"the data set must be new, got '{target}', which exists")
     except OSError as error:
         raise CaregiverError(f"'{target}' cannot be written: {error.strerror}") from None
-    if arguments.format == "lerobot":
-        if recording.spec.task == TARGETS:
-            raise CaregiverError(
-                f"--format must be minari with --task {TARGETS}, whose actions are numbers, got lerobot"
-            )
+    if arguments.format == "minari":
+        from caregiver_mj.recording.minari_dataset import check_name
+
+        check_name(name)
+    else:
         from caregiver_mj.recording.lerobot_dataset import check_rate
 
+        if arguments.name is not None:
+            raise CaregiverError("--name must be left out with --format lerobot, whose name is that of --out")
+        if recording.spec.task == TARGETS:
+            raise CaregiverError(f"--format must be minari with --task {TARGETS}, whose actions are numbers")
         check_rate(recording.about().rate)
     recording.spaces()  # makes the house and the caregiver
 

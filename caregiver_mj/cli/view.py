@@ -23,7 +23,7 @@ from caregiver_mj.experiments.runner import run_block
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.outside import plain
 from caregiver_mj.tasks import TASKS
-from caregiver_mj.viz import AUTO, CAMERAS, OVERLAYS
+from caregiver_mj.viz import AUTO, CAMERAS
 
 if TYPE_CHECKING:
     from caregiver_mj.experiments.spec import EpisodeSpec
@@ -52,7 +52,7 @@ def add_render(command: argparse.ArgumentParser) -> None:
     parsing.add(command, "--trust")
     command.add_argument("--seconds", type=float, default=30.0, help="greatest length of the film")
     drawn = "drawn on the floor: the predicted places of the child, and the hazards to it"
-    command.add_argument("--overlay", choices=OVERLAYS, help=drawn)
+    command.add_argument("--overlay", choices=["danger"], help=drawn)
     large = f"the large view: {AUTO} (default), the house and a close shot of what happens, or {', '.join(CAMERAS)}"
     command.add_argument("--camera", default=AUTO, metavar="NAME", help=large)
     command.add_argument("--out", required=True, metavar="FILE", help="film to write: .mp4, .gif or .webp")
@@ -89,12 +89,8 @@ def _render(arguments: argparse.Namespace) -> None:
         raise CaregiverError(f"--answers must be a finished run in the house for --episode {parsing.BEST}, got none")
     spec, answers = parsing.read_episode(arguments)
     number = spec.episode or 0
-    if spec.seed < 0 or number < 0:
-        raise CaregiverError(f"seed and episode must be at least 0, got {spec.seed} and {number}")
-    if answers and number >= len(answers):
-        raise CaregiverError(f"episode must be below {len(answers)}, as many as --answers has, got {number}")
-    if not answers:
-        find_caregiver(spec.caregiver, queries=spec.queries)
+    if answers and not 0 <= number < len(answers):
+        raise CaregiverError(f"episode must be from 0 to {len(answers) - 1}, as --answers has them, got {number}")
 
     from caregiver_mj.viz import film  # takes seconds to import
 

@@ -21,7 +21,7 @@ from caregiver_mj.experiments.evaluation import LARGEST, Tables, sum_up
 from caregiver_mj.experiments.run_folder import RunFolder, describe_differences, read_json, unlike
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.spec import BARE_TABLES, episode_seed
-from caregiver_mj.experiments.summary import judge, judge_run
+from caregiver_mj.experiments.summary import by_house, judge, judge_run
 from caregiver_mj.outside import (
     LARGEST_JSON,
     LARGEST_PIECE,
@@ -84,15 +84,18 @@ class Finished:
         pooled = self.record.get("pooled") or [[self.settings.seed, self.settings.episodes]]
         return [(int(seed), int(episodes)) for seed, episodes in pooled]
 
-    @property
-    def verdicts(self) -> list[dict[str, Any]]:
-        """Verdicts of harm on each caregiver that acts, judged anew because older runs lack them."""
-        return judge(self._once, self.summary["harm"], self.summary["comparisons"])
+    @functools.cached_property
+    def by_house(self) -> pd.DataFrame:
+        """The table of `summary.by_house`."""
+        return by_house(self._once)
 
     def judged_anew(self, caregivers: Sequence[str]) -> list[dict[str, Any]]:
         """Return the verdicts on some caregivers from the episodes alone: slower, but a summary may be forged."""
-        once = self._once[self._once["caregiver"].isin([*caregivers, "none"])]
-        return judge_run(once) if "none" in self.settings.caregivers else judge(once, [], [])
+        names = [*caregivers, "none"]
+        once = self._once[self._once["caregiver"].isin(names)]
+        if "none" not in self.settings.caregivers:
+            return judge(once, [], [])
+        return judge_run(once, self.by_house[self.by_house["caregiver"].isin(names)])
 
     @property
     def _once(self) -> pd.DataFrame:

@@ -181,11 +181,14 @@ def harm(conditions: pd.DataFrame) -> list[dict[str, Any]]:
     return [_of_caregiver(name, rows, alone) for name, rows in judged.groupby("caregiver", sort=False)]
 
 
-def judge_run(episodes: pd.DataFrame) -> list[dict[str, Any]]:
-    """Return the `verdicts` of episodes that have no summary yet, with `none` among them."""
+def judge_run(episodes: pd.DataFrame, houses: pd.DataFrame | None = None) -> list[dict[str, Any]]:
+    """Return the `verdicts` of episodes without their summary, with `none` among them.
+
+    `houses` is `by_house(episodes)`, if that is known.
+    """
     acting = [name for name in episodes["caregiver"].unique() if name != BASELINE]
     against_none = [row for name in acting for row in statistics.comparison_rows(episodes, name, BASELINE)]
-    return judge(episodes, harm(by_house(episodes)), against_none)
+    return judge(episodes, harm(by_house(episodes) if houses is None else houses), against_none)
 
 
 def _of_caregiver(caregiver: str, conditions: pd.DataFrame, alone: pd.Series) -> dict[str, Any]:

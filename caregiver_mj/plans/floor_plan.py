@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import collections
 import dataclasses
+import errno
 import functools
 import importlib.resources
 import numbers
@@ -91,6 +92,9 @@ class FloorPlan:
         except UnicodeDecodeError as error:
             raise FloorPlanError(f"floor plan '{name_or_path}' must be UTF-8, got other bytes: {error}") from None
         except (OSError, ValueError) as error:
+            if getattr(error, "errno", None) == errno.EFBIG:
+                size = f"at most {MOST_CELLS:,} cells, got a file of more than {LARGEST_PLAN:,} bytes"
+                raise FloorPlanError(f"floor plan '{name_or_path}' must have {size}") from None
             raise FloorPlanError(f"floor plan '{name_or_path}' cannot be read: {error}") from None
         return cls.parse(text, visible(path.stem), cell_size, damage)
 

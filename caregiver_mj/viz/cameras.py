@@ -155,12 +155,7 @@ class StillCamera(Camera):
                 self._redraw(*part)
         return self._picture
 
-    def forget(self) -> None:
-        """Redraw the whole picture next time."""
-        self._picture = None
-
     def set_scene(self) -> None:
-        """Update the scene."""
         self.view.update()
         if self._id >= 0 and self._model.camera(self._id).name == EYE:
             raise_walls(self._physics, self.view.scene)
@@ -170,20 +165,16 @@ class StillCamera(Camera):
         parts: list[Part] = []
         for body in np.unique(self._owner[moved]):
             geoms = moved & (self._owner == body)
-            part = self._part_around(np.concatenate([before[geoms], self._boxes[geoms]]))
+            boxes = np.concatenate([before[geoms], self._boxes[geoms]])
+            corners = np.floor(boxes[:, :2].min(axis=0)), np.ceil(boxes[:, 2:].max(axis=0))
+            (left, top), (right, bottom) = np.clip(corners, 0, (self.width, self.height)).astype(int).tolist()
+            part = left, top, right, bottom
             for other in list(parts):
                 if _area(_union(part, other)) < _area(part) + _area(other) + _PART_OVERHEAD:
                     parts.remove(other)
                     part = _union(part, other)
             parts.append(part)
         return [part for part in parts if _area(part)]
-
-    def _part_around(self, boxes: np.ndarray) -> Part:
-        """Return the part of the picture that covers boxes, (n, 4)."""
-        size = self.width, self.height
-        left, top = np.clip(np.floor(boxes[:, :2].min(axis=0)), 0, size).astype(int).tolist()
-        right, bottom = np.clip(np.ceil(boxes[:, 2:].max(axis=0)), 0, size).astype(int).tolist()
-        return left, top, right, bottom
 
     def _read_poses(self) -> np.ndarray:
         """Return position and rotation of each geom, (geoms, 12)."""
@@ -234,7 +225,7 @@ class TileLayer(StillCamera):
     def lay(self, picture: np.ndarray, tiles: Sequence[Tile]) -> None:
         """Blend tiles into a picture of the present moment, (height, width, 3)."""
         if list(tiles) != list(self._tiles) or not self._still:
-            self.forget()
+            self._picture = None  # to redraw all of it
         self._tiles = tiles
         if not tiles:
             return
@@ -246,7 +237,6 @@ class TileLayer(StillCamera):
         picture[seen] = (picture[seen] * (1.0 - opacity) + colour * opacity).round()
 
     def set_scene(self) -> None:
-        """Update the scene, with the tiles."""
         super().set_scene()
         draw_tiles(self.view.scene.ptr, self._tiles, first=_FIRST)
 

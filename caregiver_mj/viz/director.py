@@ -180,29 +180,31 @@ class HandShot:
         self._now = np.empty(0)  # x, y, z, m, and azimuth, rad
 
     def follow(self, state: HudState, physics: Physics) -> Pose | None:
-        """Return the camera's pose in the next frame; None unless the hand works, or just did, see `hand_works`."""
-        pinch = np.empty(0) if state.robot is None else physics.pinch_position()
-        if state.robot is None or not hand_works(state, pinch, physics.base_velocity()):
-            gone = state.robot is None or (len(self._now) and math.dist(pinch[:2], self._now[:2]) > _AT_HAND)
-            self._left = 0 if gone else self._left - 1
-            return self._pose(self._now[:3], self._now[3]) if self._left > 0 else None
-        if self._left <= 0:
-            self._now = np.empty(0)
-        self._left = self._lingers
-        thing = np.resize(place_of(state.plan, state.target, state.candles), 3)
-        aim = np.array([*thing[:2], pinch[2]])
-        if not len(self._now):
-            along = math.atan2(thing[1] - state.robot[1], thing[0] - state.robot[0])
-            poses = [self._pose(aim, along + side) for side in (_ASIDE, -_ASIDE)]
-            poses.sort(key=lambda pose: math.sin(pose.azimuth), reverse=True)  # the sun shines from the south
-            seen = [pose for pose in poses if not hidden(aim[None], pose.eye, self._screens)[0]]
-            self._now = np.array([*aim, (seen or poses)[0].azimuth])
-        self._now[:3] += self._pan * (aim - self._now[:3])
-        return self._pose(self._now[:3], self._now[3])
+        """Return the camera's pose in the next frame; None unless the hand works, or just did, see `hand_works`.
 
-    def _pose(self, place: np.ndarray, azimuth: float) -> Pose:
-        x, y, z = place.tolist()
-        return Pose((x, y, z), self._distance, _DOWN_ON_HAND, float(azimuth))
+        There must be a robot.
+        """
+        pinch = physics.pinch_position()
+        if not hand_works(state, pinch, physics.base_velocity()):
+            left = self._left > 0 and math.dist(pinch[:2], self._now[:2]) > _AT_HAND
+            self._left = 0 if left else self._left - 1
+            return self._pose(self._now) if self._left > 0 else None
+        thing = place_of(state.plan, state.target, state.candles)
+        aim = np.array([*thing[:2], pinch[2]])
+        if self._left <= 0:
+            assert state.robot is not None
+            along = math.atan2(thing[1] - state.robot[1], thing[0] - state.robot[0])
+            starts = [np.array([*aim, along + side]) for side in (_ASIDE, -_ASIDE)]
+            starts.sort(key=lambda start: math.sin(start[3]), reverse=True)  # the sun shines from the south
+            seen = (start for start in starts if not hidden(aim[None], self._pose(start).eye, self._screens)[0])
+            self._now = next(seen, starts[0])
+        self._left = self._lingers
+        self._now[:3] += self._pan * (aim - self._now[:3])
+        return self._pose(self._now)
+
+    def _pose(self, now: np.ndarray) -> Pose:
+        x, y, z, azimuth = now.tolist()
+        return Pose((x, y, z), self._distance, _DOWN_ON_HAND, azimuth)
 
 
 def cast(state: HudState) -> np.ndarray:

@@ -65,7 +65,6 @@ class Episode:
         return self._forecast[1]
 
     def tiles(self) -> list[Tile]:
-        """Return the predictions as tiles on the floor."""
         return self.forecast.tiles(self.env.task.plan, self._candles()) if self.forecast else []
 
     def overview(self) -> tuple[np.ndarray, np.ndarray, float]:
@@ -121,10 +120,7 @@ class Episode:
 
     def _children(self) -> np.ndarray:
         """Return the places of all children, seen by the caregiver or not, (children, 2), m."""
-        observation = self._rollout.timestep.observation
-        hidden = "toddler_seen" in observation
-        shown = self.env.physics.toddler_positions() if hidden else observation["toddler_position"]
-        return np.atleast_2d(shown)[:, :2].copy()
+        return self.env.physics.toddler_positions()[:, :2]
 
     def _candles(self) -> np.ndarray:
         """Return the places of the candles, (candles, 3), m."""

@@ -23,8 +23,7 @@ from caregiver_mj.plans import hazards
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz import colours
 from caregiver_mj.viz import figure_style as style
-from caregiver_mj.viz.cards import FINE
-from caregiver_mj.viz.chart import GroundPlan
+from caregiver_mj.viz.chart import FINE, GroundPlan
 from caregiver_mj.viz.colours import Colour, unit
 from caregiver_mj.viz.figure_style import ALONE, GUARDED, INK, STYLE, Series, explain, panels, single
 
@@ -214,13 +213,12 @@ def going(episodes: pd.DataFrame, time: np.ndarray) -> np.ndarray:
 
 @mpl.rc_context({**STYLE, "axes.grid.axis": "x"})
 def houses(
-    by_house: pd.DataFrame | None, means: pd.DataFrame, names: Mapping[str, str], *, caregiver: str, columns: int = 1
+    by_house: pd.DataFrame, means: pd.DataFrame, names: Mapping[str, str], *, caregiver: str, columns: int = 1
 ) -> Figure:
     """Return the damage left in every house by every caregiver: a panel for each family, a row for each caregiver.
 
     Args:
-        by_house: A row for each house, `caregiver` and `family`, with `damage_left`, NaN if undefined; None for a
-            single house.
+        by_house: A row for each house, `caregiver` and `family`, with `damage_left`, NaN if undefined; or none.
         means: A row for each `caregiver`, in the order of the figure, and `family`, with `damage_left`,
             `damage_left_ci_low` and `_ci_high`, NaN if undefined.
         names: Names of the families to show.
@@ -228,8 +226,7 @@ def houses(
         columns: Number of panels side by side.
     """
     caregivers = [name for name in dict.fromkeys(means["caregiver"]) if name not in ("none", BARE_TABLES)]
-    row = _ROW if by_house is not None else _BARE_ROW
-    by_house = means.iloc[:0] if by_house is None else by_house
+    row = _ROW if len(by_house) else _BARE_ROW
     limit = _limit(by_house[by_house["caregiver"].isin(caregivers)], means)
     width = style.WIDTH if columns == 1 else 1.2 + 1.75 * columns
     figure, found = panels(names, columns, width, 0.42 + row * len(caregivers))

@@ -17,9 +17,8 @@ from PIL import Image, ImageDraw
 from caregiver_mj.caregivers.percept import HORIZON
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.viz import cards, colours
-from caregiver_mj.viz.cards import LABEL, TRACK, Box, Scale, fit, width_of, write
-from caregiver_mj.viz.chart import CARD_OPACITY, Chart
+from caregiver_mj.viz import chart, colours
+from caregiver_mj.viz.chart import LABEL, TRACK, Box, Scale, fit, width_of, write
 from caregiver_mj.viz.colours import GROUND, TEXT, Colour, mix
 from caregiver_mj.viz.moment import SOON, ChildState, Forecast, HudState
 
@@ -29,7 +28,7 @@ _NARROW = 150  # pixels; width of a scale up to which every other label is left 
 _STRIP_OPACITY = 210  # 0 to 255
 _SAFE = "P(SAFE)"
 _FULL_BAR = 1.0  # expected danger of a full bar, unless another is greater
-_chart = functools.lru_cache(maxsize=8)(Chart)  # drawn once for a house and a size of frames
+_chart = functools.lru_cache(maxsize=8)(chart.Chart)  # drawn once for a house and a size of frames
 
 
 class Layout(NamedTuple):
@@ -49,13 +48,14 @@ def layout(plan: FloorPlan, width: int, height: int, legend: bool, column: int =
     the right side by side if it is wider than high, else one below the other with the plan at the lower end.
     """
     scale, box, lower = Scale(height), _chart(plan, width, height).box, strip_top(width, height)
-    margin, gap, legend_height = scale.px(12), scale.px(8), _legend_height(scale)
+    margin, gap = scale.px(12), scale.px(8)
+    legend_height = 2 * _key_height(scale) + scale.small + scale.px(14) + scale.px(10)
     across, down = box[2] - box[0], box[3] - box[1]
     room = (column, lower) if column else (width, row)
     right, top = width - margin, lower - room[1] + margin
     left = right - across
     if not (column or row):
-        left, top, inset_width = margin, margin, round(cards.side(width, height))
+        left, top, inset_width = margin, margin, round(chart.side_width(width, height))
         begin, corner, inset = (left, top + down + gap), (right, top), (inset_width, round(0.72 * inset_width))
     elif room[0] > room[1]:
         begin = left - margin - across, top
@@ -83,15 +83,15 @@ def draw(
     """
     height, width = frame.shape[:2]
     drawn, places = frame.copy(), layout(state.plan, width, height, state.forecast is not None, column, row)
-    scale, chart = Scale(height), _chart(state.plan, width, height)
+    scale, house = Scale(height), _chart(state.plan, width, height)
     _draw_strip(drawn, state)
-    cards.put(drawn, places.plan, lambda region: chart.draw(region, state))
+    chart.draw_part(drawn, places.plan, lambda region: house.draw(region, state))
     if state.forecast is not None:
-        cards.put(drawn, places.legend, functools.partial(_draw_legend, forecast=state.forecast, scale=scale))
+        chart.draw_part(drawn, places.legend, functools.partial(_draw_legend, forecast=state.forecast, scale=scale))
     right, top = places.corner
     for caption, picture in insets:
         box = (right - picture.shape[1], top, right, top + picture.shape[0])
-        cards.put(drawn, box, functools.partial(_draw_inset, caption=caption, picture=picture, scale=scale))
+        chart.draw_part(drawn, box, functools.partial(_draw_inset, caption=caption, picture=picture, scale=scale))
         top = box[3] + scale.px(12)
     return drawn
 
@@ -113,7 +113,7 @@ def draw_tag(picture: np.ndarray, tip: tuple[float, float] | None, label: str, h
             canvas.rectangle((1 - rim, 1 - rim, image.width - 2 + rim, tall - 1 + rim), colour)
         write(image, (middle, tall - pad // 2 - 1), label, size, GROUND, align=0.5)
 
-    cards.put(picture, (x - width // 2, top, x + width // 2 + 1, min(top + tall + pad, len(picture))), paint)
+    chart.draw_part(picture, (x - width // 2, top, x + width // 2 + 1, min(top + tall + pad, len(picture))), paint)
 
 
 def draw_plan(state: HudState, width: int, height: int) -> np.ndarray:
@@ -122,8 +122,8 @@ def draw_plan(state: HudState, width: int, height: int) -> np.ndarray:
     # Drawn larger if cells would be too small.
     times = max(1, *(math.ceil((_CELL * n + _RIM) / side) for n, side in ((columns, width), (rows, height))))
     drawn = np.full((times * height, times * width, 3), GROUND, np.uint8)
-    chart = _chart(state.plan, times * width, times * height, alone=True)
-    cards.put(drawn, chart.box, lambda region: chart.draw(region, state))
+    house = _chart(state.plan, times * width, times * height, alone=True)
+    chart.draw_part(drawn, house.box, lambda region: house.draw(region, state))
     return np.asarray(Image.fromarray(drawn).reduce(times))
 
 
@@ -155,16 +155,12 @@ def _draw_legend(image: Image.Image, forecast: Forecast, scale: Scale) -> None:
     epsilons = ", ".join(f"{epsilon:.2f}" for epsilon in forecast.epsilon)
     wordings = f"it believes in epsilon {epsilons}", f"believed epsilon {epsilons}"
     write(card, (pad, card.height - pad), fit(wordings, small, card.width - 2 * pad), small, TEXT)
-    image.paste(card, mask=cards.mask(image.size, pad, CARD_OPACITY))
+    image.paste(card, mask=chart.card_mask(image.size, pad, chart.CARD_OPACITY))
 
 
 def _key_height(scale: Scale) -> int:
     """Return the height of a key with its scale, pixels."""
     return 2 * scale.small + scale.px(24)
-
-
-def _legend_height(scale: Scale) -> int:
-    return 2 * _key_height(scale) + scale.small + scale.px(14) + scale.px(10)
 
 
 def _draw_key(card: Image.Image, scale: Scale, top: int, wordings: tuple[str, ...], colour: Colour) -> None:
@@ -215,7 +211,7 @@ def _draw_strip(frame: np.ndarray, state: HudState) -> None:
     px = scale.px
 
     def paint(image: Image.Image) -> None:
-        image.paste(GROUND, mask=cards.mask(image.size, px(10), _STRIP_OPACITY))
+        image.paste(GROUND, mask=chart.card_mask(image.size, px(10), _STRIP_OPACITY))
         left, right, top = px(16), image.width - px(16), px(14)
         for draw, start, end in (
             (_draw_gauges, left, left + px(220)),
@@ -224,7 +220,7 @@ def _draw_strip(frame: np.ndarray, state: HudState) -> None:
         ):
             draw(image, Area(start, end, top, image.height - top, scale), state)
 
-    cards.put(frame, _strip_box(frame.shape[1], len(frame)), paint)
+    chart.draw_part(frame, _strip_box(frame.shape[1], len(frame)), paint)
 
 
 def _draw_gauges(image: Image.Image, area: Area, state: HudState) -> None:
@@ -285,13 +281,7 @@ def _draw_bars(image: Image.Image, area: Area, state: HudState) -> None:
     shown = _shown(area, unsafe, state.target)
     title = "EXPECTED DANGER" if len(shown) == len(danger) else f"EXPECTED DANGER, {len(shown)} OF {len(danger)}"
     titles = (title,) if state.unsafe_danger is None else (f"{title}   outlined: if surely unsafe", title)
-    write(
-        image,
-        (area.left, area.top + small),
-        fit(titles, small, area.width),
-        small,
-        LABEL,
-    )
+    write(image, (area.left, area.top + small), fit(titles, small, area.width), small, LABEL)
     full = max(_FULL_BAR, unsafe.max(), danger.max())
     base, ceiling = area.bottom - small - px(6), area.top + 2 * small + px(6)
     pitch = min(area.width / len(shown), px(84))

@@ -45,9 +45,7 @@ def test_the_house_fills_the_picture_but_for_a_column_or_a_row(house, width, hei
     assert seen.min() >= 0
     assert seen[:, 0].max() <= width - column + 1e-6
     assert seen[:, 1].max() <= height
-    spans = np.ptp(seen, axis=0) / (width - column, height)
-    assert spans.max() > 0.85  # there is little lawn, along one side at least
-    assert spans.min() > (0.45 if house == "terrace" else 0.55)
+    assert (np.ptp(seen, axis=0) / (width - column, height)).max() > 0.85  # there is little lawn
 
 
 def moment(children=((0.0, 0.0),), **fields):
@@ -74,27 +72,14 @@ def test_a_close_shot_holds_the_child_the_robot_and_the_hazard():
     aside = director.CloseShot(2.0, 10.0, NOTHING_THERE, 0.25).follow(moment((child,), robot=robot, target=0))
     seen = pixels(aside, points, 400, 200)
     assert ((seen > 0) & (seen < (300, 200))).all()
-    # A robot in another part of the house is left out: the child is larger then.
+    # A robot in another part of the house is left out: the child is larger then, once the camera has followed.
     for _ in range(50):
         far = shot.follow(moment((child,), robot=gone, target=0))
     assert far.distance < pose.distance
-
-
-def test_a_close_shot_holds_the_hazard_that_the_robot_goes_to_before_the_child_is_there():
-    x, y = stairs = PLAN.position(PLAN.stairwells[0])  # hazard 0
-    state = moment(((x + 2.5, y - 2.2),), robot=np.array([x + 3.5, y - 2.2, 0.0]), target=0)  # 3.3 m away
-    seen = pixels(director.CloseShot(1.2, 10.0, NOTHING_THERE).follow(state), np.array([[*stairs, 0.0]]), 240, 200)
+    # The hazard that the robot goes to is there before the child is, which is 3.3 m away.
+    early = moment(((x + 2.5, y - 2.2),), robot=np.array([x + 3.5, y - 2.2, 0.0]), target=0)
+    seen = pixels(director.CloseShot(1.2, 10.0, NOTHING_THERE).follow(early), np.array([[*stairs, 0.0]]), 240, 200)
     assert ((seen > 0) & (seen < (240, 200))).all()
-
-
-def test_the_hand_works_where_a_candle_stands_and_not_while_the_robot_waits_with_it():
-    candle = PLAN.hazards.number(Where.ON_TABLE, 0)
-    places = np.array([[*PLAN.position(PLAN.tables[t]), 0.5] for t in PLAN.candle_tables])
-    rest = np.zeros(3)
-    assert director.hand_works(moment(candles=places, target=candle), places[0], rest)
-    carried = places + np.array([1.0, 0.0, 0.2])
-    assert min(np.linalg.norm(PLAN.position(table) - carried[0, :2]) for table in PLAN.tables) > 0.6
-    assert not director.hand_works(moment(candles=carried, target=candle), carried[0], rest)
 
 
 def test_the_hand_is_in_its_shot_from_one_side_and_some_time_longer_than_it_works():
@@ -123,6 +108,11 @@ def test_the_hand_is_in_its_shot_from_one_side_and_some_time_longer_than_it_work
     assert shot.follow(works, hand) is not None
     hand.pinch_position.return_value = places[0] + (1.0, 0.0, 0.1)
     assert shot.follow(moment(candles=places, robot=robot), hand) is None  # an empty table tells nothing
+    # Neither does a robot that waits with the candle, away from all tables.
+    carried = places + np.array([1.0, 0.0, 0.2])
+    assert min(np.linalg.norm(PLAN.position(table) - carried[0, :2]) for table in PLAN.tables) > 0.6
+    hand.pinch_position.return_value = carried[0]
+    assert shot.follow(moment(candles=carried, target=candle, robot=robot), hand) is None
 
 
 def test_a_close_shot_rises_before_a_child_is_behind_a_wall():
@@ -134,15 +124,6 @@ def test_a_close_shot_rises_before_a_child_is_behind_a_wall():
         state = moment(((0.0, y),), candles=np.array(far))
         pose = shot.follow(state)
         assert not director.hidden(np.array([[0.0, y, 0.45]]), pose.eye, wall).any()
-
-
-def test_a_close_shot_pans_after_one_who_walks_and_cuts_to_one_who_is_elsewhere():
-    one, other = (-3.0, 1.0), (4.0, -2.0)
-    shot = director.CloseShot(1.2, 10.0, NOTHING_THERE)
-    first = shot.follow(moment((one,)))
-    panned = shot.follow(moment(((-2.5, 1.0),)))
-    assert 0 < panned.place[0] - first.place[0] < 0.3
-    assert abs(shot.follow(moment((other,))).place[0] - other[0]) < 1.5
 
 
 def test_no_wall_hides_a_child_right_behind_it(episode):

@@ -96,7 +96,7 @@ def test_a_film_by_answers_is_of_an_episode_of_their_run(house, tmp_path, monkey
     command = ["render", "--answers", str(run), "--caregiver", "nearest", "--episode", "1", "--seconds", "400"]
     assert cli.main([*command, "--out", str(tmp_path / "film.mp4")]) == 0
     assert_is_row(Blank.seen, row)
-    for option in ("--task=block_stairs", "--epsilon=.5", "--seed=3", "--sight=all"):
+    for option in ("--task=block_stairs", "--epsilon=.5", "--seed=3", "--sight=all", "--max-calls=3"):
         assert cli.main([*command, option, "--out", str(tmp_path / "film.mp4")]) == 2
         name = option.partition("=")[0]
         assert f"{name} must be left out with --answers" in capsys.readouterr().err

@@ -140,7 +140,7 @@ def test_episodes_are_kept_as_a_run_and_can_be_submitted(house, tmp_path, monkey
     film = ["render", "--answers", str(run), "--caregiver", who, "--seconds", "0.05", "--out", str(tmp_path / "me.mp4")]
     assert cli.main(film) == 0
     assert cli.main([*film, "--episode", "2"]) == 2
-    assert "episode must be below 1, as many as --answers has, got 2" in capsys.readouterr().err
+    assert "episode must be from 0 to 0, as --answers has them, got 2" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

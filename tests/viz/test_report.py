@@ -1,7 +1,6 @@
 """The report: its numbers worked out by hand, and its files."""
 
 import dataclasses
-import itertools
 import json
 import os
 import re
@@ -12,13 +11,12 @@ import numpy as np
 import pandas as pd
 import pytest
 from made_runs import DAMAGE, FAMILIES, PAPER, TINY, undrawn, write_run
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.text import Text
 from test_cli import fails
 
 from caregiver_mj import cli
 from caregiver_mj.caregivers.server import Queries
 from caregiver_mj.viz import figure_style, figures, film, report
+from caregiver_mj.viz.report.left import verdicts
 from caregiver_mj.viz.report.run import read_run
 from caregiver_mj.viz.report.tables import children_table
 
@@ -155,16 +153,6 @@ def test_survival_is_the_share_not_yet_stopped():
     assert share == pytest.approx([1, 1, 0.75, 0.75, 0.5, 0.5, 0.25])  # the third is never stopped
 
 
-def test_titles_of_panels_do_not_overlap():
-    names = {"a": "mykid:Magpie 20 % random", "b": "explorer 25 %, toddler 50 %", "c": "50 % random"}
-    figure, found = figure_style.panels(names, 3, figure_style.WIDTH, 1.3)
-    FigureCanvasAgg(figure).draw()
-    titles = [next(one for one in axes.findobj(Text) if "%" in one.get_text()) for axes in found.values()]
-    boxes = [title.get_window_extent() for title in titles]
-    assert all(left.x1 < right.x0 for left, right in itertools.pairwise(boxes))
-    assert boxes[-1].x1 < figure.bbox.x1
-
-
 # -- Harm --------------------------------------------------------------------------------------------
 
 
@@ -177,6 +165,20 @@ def test_a_strike_is_red_and_the_grid_has_none_to_measure(page):
     assert 'class="judged red"><b>paper: harm</b>' in page
     assert '<li class="harm"><b>By the robot: harm.</b> struck a child 48 times' in page
     assert "By the robot: not measured. not measured in the grid" in text
+
+
+@pytest.mark.usefixtures("words_alone")
+def test_harm_is_that_of_the_rows_and_not_of_a_forged_summary(tmp_path):
+    honest, forged = (write_run(tmp_path / name, plan=TINY, caregivers=("none", "paper")) for name in ("a", "b"))
+    summary = json.loads((forged / "summary.json").read_text())
+    (row,) = summary["harm"]
+    for of in (row, row["worst"]):
+        of |= {name: 7.0 for name, value in of.items() if isinstance(value, int | float)}
+    kept = {name: 7.0 for name in summary["comparisons"][0] if name.startswith("toys_reached_left")}
+    summary["comparisons"] = [row | kept for row in summary["comparisons"]]
+    (forged / "summary.json").write_text(json.dumps(summary))
+    harms = [report.section(report.read_run(folder))["harm"] for folder in (honest, forged)]
+    assert harms[0] == harms[1]
 
 
 # -- Files -------------------------------------------------------------------------------------------
@@ -198,14 +200,15 @@ def test_page_is_self_contained(page):
 def test_a_caregiver_can_be_chosen(tmp_path, capsys):
     run = tmp_path / "run"
     evaluate = f"evaluate --world grid --epsilon 1 --episodes 2 --out {run} --caregiver none paper nearest"
-    assert cli.main(evaluate.split()) == 0
-    for chosen, shown in ((), "paper"), (("--caregiver", "nearest"), "nearest"):
+    assert cli.main([*evaluate.split(), "expected-danger"]) == 0
+    assert [sentence.split(":")[0] for _, sentence in verdicts(read_run(run))] == ["expected-danger, against nearest"]
+    for chosen, shown in (("--caregiver", "paper"), "paper"), (("--caregiver", "nearest"), "nearest"):
         assert cli.main(["report", str(run), *chosen]) == 0
         page = (run / "report.html").read_text("utf-8")
         assert f"<h2>Grid (paper), caregiver <code>{shown}</code></h2>" in page
         assert ("In the paper, the same novices" in page) == (shown == "paper")  # its numbers are of the rule
     capsys.readouterr()
-    assert "which has paper, nearest" in fails(capsys, ["report", run, "--caregiver", "guard"])
+    assert "which has paper, nearest, expected-danger" in fails(capsys, ["report", run, "--caregiver", "guard"])
 
 
 def test_refused(tmp_path, capsys):

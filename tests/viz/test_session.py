@@ -1,5 +1,7 @@
 """The viewers' session: play, pause, steps, speed; no window and no browser."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from caregiver_mj.caregivers.server import Queries
@@ -19,20 +21,10 @@ class Clock:
         return self.now
 
 
-class Env:
-    class Task:
-        novice_timestep = MOVE
-
-    task = Task()
-
-    def control_timestep(self):
-        return STEP
-
-
 class Reel:
     """An episode of so many steps in which nothing happens."""
 
-    env = Env()
+    env = SimpleNamespace(task=SimpleNamespace(novice_timestep=MOVE), control_timestep=lambda: STEP)
 
     def __init__(self, steps=1000, cost=0.0, clock=None):
         self._steps, self._done, self._cost, self._clock = steps, 0, cost, clock

@@ -17,7 +17,7 @@ from caregiver_mj.viz import figures
 from caregiver_mj.viz.figure_style import Series
 from caregiver_mj.viz.report import words
 from caregiver_mj.viz.report.run import Run
-from caregiver_mj.viz.report.words import NONE, Picture, Table, family_name, if_bracketed, in_lines, number
+from caregiver_mj.viz.report.words import NONE, Picture, Table, family_name, in_lines, number
 
 _FEW = 4  # number of other caregivers from which on each has a row of its own
 _MARGIN = f"within {MARGINS['damage']:.0%}".replace("%", " %")
@@ -43,19 +43,17 @@ def left_table(run: Run) -> Table:
     """Return the damage left: a row for each caregiver, in the run's order, and a column for each family."""
     caregivers = [caregiver for caregiver in run.settings.caregivers if caregiver != "none"]
     rows = [(c, *(left_cell(run, c, family) for family in run.families)) for c in caregivers]
-    note = f"Share of the damage without a caregiver that is left{if_bracketed(rows, ', and its 95 % interval')}"
-    note += "; damage of an episode, of that alone."
+    note = "Share of the damage without a caregiver that is left; damage of an episode, of that alone."
     if run.houses > 1:
-        note += f" Means over {run.houses} houses, each of which counts the same"
-        note += if_bracketed(rows, "; intervals are over houses") + "."
+        note += f" Means over {run.houses} houses, each of which counts the same; intervals are over houses."
     return run.table("Damage left by each caregiver", "caregiver", rows, note)
 
 
 def left_cell(run: Run, caregiver: str, family: str) -> str:
     """Return the share of damage left with its interval, and both amounts of damage."""
-    row = run.comparison(caregiver, "none", family)
+    row = run.comparison(caregiver, family)
     share = words.with_interval(row, "damage_left", 2, between="\n")
-    if row is None:
+    if not row:
         return share
     ours, alone = (number(run.row(name, family)["damage_mean"]) for name in (caregiver, "none"))
     return f"{share}\n{ours} of {alone}"
@@ -63,19 +61,19 @@ def left_cell(run: Run, caregiver: str, family: str) -> str:
 
 def score_table(run: Run) -> Table | None:
     """Return the score of caregivers by families; None for a run of a version without scores."""
-    if "score" not in run.against_none(run.caregiver, run.families[0]):
+    if "score" not in run.comparison(run.caregiver, run.families[0]):
         return None
-    rows = [(caregiver, *run.cells(caregiver, "score", 2, against="none")) for caregiver in run.acting]
+    rows = [(caregiver, *run.cells(caregiver, "score", 2, against=True)) for caregiver in run.acting]
     note = (
-        f"0 as without a caregiver, 1 with the damage of bare tables only{if_bracketed(rows, '; 95 % intervals')}. A "
-        "strike counts as the lightest collision, a thing that the robot drops as the worst thing on a table."
+        "0 as without a caregiver, 1 with the damage of bare tables only. A strike counts as the lightest collision, a "
+        "thing that the robot drops as the worst thing on a table."
     )
     return run.table("Score of each caregiver", "caregiver", rows, note)
 
 
 def wins_table(run: Run) -> Table | None:
     """Return the numbers of houses with less and with more damage than with each other caregiver."""
-    if run.by_house is None or not run.baselines:
+    if run.houses == 1 or not run.baselines:
         return None
     damage = run.by_house.pivot_table(index=["family", "house"], columns="caregiver", values="damage")
     rows = []
@@ -98,19 +96,17 @@ def _pictures(run: Run) -> list[Picture]:
     name, bare_tables = f"damage_left_{run.name}", next(iter(run.bare_tables), "")
     means = pd.DataFrame([row for row in run.summary["comparisons"] if row["baseline"] == "none"])
     means = means.set_index("caregiver").loc[[c for c in run.settings.caregivers if c != "none"]].reset_index()
-    bounded = means[["damage_left_ci_low", "damage_left_ci_high"]].notna().any(axis=None)
-    with_its = ", with its 95 % interval" if bounded else ""
-    caption = f"Damage left, as a share of that without a caregiver{with_its} — {run.title}"
+    caption = f"Damage left, as a share of that without a caregiver; bars are 95 % intervals — {run.title}"
     names = {family: family_name(family) for family in run.families}
-    if run.by_house is not None:
-        caption = f"Damage left in each house, and its mean over houses{with_its} — {run.title}"
+    if run.houses > 1:
+        caption = f"Damage left in each house, and its mean over houses — {run.title}"
         narrow, wide = (
             figures.houses(run.by_house, means, names, caregiver=run.caregiver, columns=columns)
             for columns in (1, len(names))
         )
         return [Picture.of(name, narrow, caption), Picture.of(f"{name}_wide", wide, caption)]
     if len(run.baselines) >= _FEW:
-        return [Picture.of(name, figures.houses(None, means, names, caregiver=run.caregiver), caption)]
+        return [Picture.of(name, figures.houses(run.by_house[:0], means, names, caregiver=run.caregiver), caption)]
     series = [left_series(run, caregiver, caregiver, run.families) for caregiver in (run.caregiver, *run.baselines)]
     line = left_series(run, bare_tables, bare_tables, run.families) if bare_tables else None
     lines = [in_lines(family) for family in run.families]
@@ -118,22 +114,25 @@ def _pictures(run: Run) -> list[Picture]:
 
 
 def verdicts(run: Run) -> list[tuple[bool, str]]:
-    """Return, for each baseline, whether the caregiver has less damage with every family, and a sentence."""
+    """Return, for each baseline, whether the caregiver has less damage with every family, and a sentence.
+
+    The summary compares the paper's rule alone with others, and with no second name of its own.
+    """
     found = []
-    for baseline in run.baselines:
-        rows = [(f, row) for f in run.families if (row := run.comparison(run.caregiver, baseline, f)) is not None]
+    for baseline in (c for c in run.baselines if c not in RULE and run.caregiver in RULE):
         with_whom: dict[str, list[str]] = {finding: [] for finding in _FINDINGS}
-        for family, row in rows:
+        for family in run.families:
+            row = run.comparison(run.caregiver, family, baseline)
             difference = words.with_interval(row, "damage_difference_mean", 2, sign="+")
             ratio, finding = words.with_interval(row, "damage_left", 2), _finding(row)
             numbers = f" (difference {difference}, ratio {ratio})" if _FINDINGS[finding][1] else ""
             with_whom[finding].append(family_name(family) + numbers)
-        if len(with_whom["less"]) == len(rows):
+        wins = len(with_whom["less"]) == len(run.families)
+        if wins:
             with_whom["less"] = [f"every {run.nouns['group']}"]
         parts = [f"{_FINDINGS[finding][0]} with {', '.join(which)}" for finding, which in with_whom.items() if which]
-        sentence = f"{run.caregiver}, against {baseline}: {'; '.join(parts)}."
-        found.append((all(_finding(row) == "less" for _, row in rows), sentence))
-    return found if run.caregiver in RULE else []  # the summary compares only these with baselines
+        found.append((wins, f"{run.caregiver}, against {baseline}: {'; '.join(parts)}."))
+    return found
 
 
 def _finding(row: dict[str, Any]) -> str:
@@ -168,8 +167,7 @@ def side_by_side(runs: Sequence[Run]) -> dict[str, Any] | None:
         if apart is not None:
             cells.append(words.percent(apart[i]))
         rows.append((family_name(family), *cells))
-    note = "Share of the damage that is left with the caregiver" + if_bracketed(rows, ", and its 95 % interval")
-    note += "; damage of an episode, of that alone."
+    note = "Share of the damage that is left with the caregiver; damage of an episode, of that alone."
     note += "" if apart is None else _on_average(families, apart)
     title = f"Damage left in {len(runs)} runs"
     who = next((run for run in runs if run.several), runs[0]).nouns["who"]
@@ -227,8 +225,7 @@ def kinds_table(run: Run) -> Table:
     for kind, name in figures.kinds_in(pd.DataFrame(run.summary["rows"])).items():
         rows += [(f"{name}, {how}", *run.cells(caregiver, f"{kind}_mean")) for caregiver, how in who.items()]
     rows.append((_OF_ALL, *(_share(run, family) for family in run.families)))
-    interval = if_bracketed(rows, " and its 95 % interval")
-    note = f"Damage of an episode{interval}. Where a candle is taken from a table, that is a bare one."
+    note = "Damage of an episode. Where a candle is taken from a table, that is a bare one."
     return run.table("What is left, and of what", "damage at", rows, note)
 
 
@@ -259,7 +256,7 @@ def charts(run: Run) -> list[Picture]:
 
 def left_series(run: Run, caregiver: str, label: str, families: Sequence[str], of: str = "damage") -> Series:
     """Return the share of damage, or of toys reached, that a caregiver leaves with each of some families."""
-    rows = [run.comparison(caregiver, "none", family) or {} for family in families]
+    rows = [run.comparison(caregiver, family) for family in families]
     mean, low, high = _numbers(rows, f"{of}_left", ("", "_ci_low", "_ci_high"))
     alone, guarded = (run.published_series("damage_normalised", families, who) for who in (False, True))
     cited = guarded / alone
@@ -285,7 +282,10 @@ def maps(run: Run) -> list[Picture]:
         ("visits", "timesteps an episode", figures.WENT, f"Where {run.nouns['whom']} went"),
         ("damage", "damage an episode", figures.HURT, f"Where {run.nouns['were']} hurt"),
     ):
-        cells = {caregiver: mean_map(run, caregiver, column) for caregiver in ("none", run.caregiver)}
+        sums = run.maps.groupby(["caregiver", "row", "column"])[column].sum()
+        means = sums / (run.settings.episodes * len(run.families))  # of an episode
+        places = list(run.settings.plan.free_cells)
+        cells = {caregiver: means[caregiver].loc[places].to_numpy() for caregiver in ("none", run.caregiver)}
         top = max(float(values.max()) for values in cells.values())
         for caregiver, values in cells.items():
             who = "without" if caregiver == "none" else "with"
@@ -293,10 +293,3 @@ def maps(run: Run) -> list[Picture]:
             name = f"map_{column}_{who}_{run.name}"
             pictures.append(Picture.of(name, figure, f"{caption}, {who} the caregiver — {run.title}"))
     return pictures
-
-
-def mean_map(run: Run, caregiver: str, column: str) -> np.ndarray:
-    """Return the mean of a map's column per episode, over all families, for each free cell."""
-    cells = run.maps[run.maps.caregiver == caregiver].groupby(["row", "column"])[column].sum()
-    values = cells / (run.settings.episodes * len(run.families))
-    return values.loc[list(run.settings.plan.free_cells)].to_numpy()

@@ -12,19 +12,15 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from caregiver_mj.caregivers.registry import RULE
-from caregiver_mj.caregivers.server import Queries
 from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.finished import Finished, read_finished
-from caregiver_mj.experiments.spec import BARE_TABLES
-from caregiver_mj.experiments.summary import by_house
+from caregiver_mj.experiments.spec import BARE_TABLES, Conditions
 from caregiver_mj.plans.floor_plan import FloorPlan, house_names
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.plans.sets import is_generated
-from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.viz.report import words
 
 PAPER = 'Rosman, Hayes and Scassellati, "Enhancing Agent Safety through Autonomous Environment Adaptation", 2015'
@@ -41,6 +37,7 @@ PUBLISHED = {
     },
 }  # fmt: skip
 _WORLDS = {"grid": "Grid", "house": "Physical house"}
+_CONDITIONS = ("embodiment", "sight", "child_speed")  # options of a run beside those that it always has
 _LONGEST = 40  # characters of the houses' names in titles and file names
 
 
@@ -55,14 +52,8 @@ class Run(Finished):
         """The families as text, such as "0.5" or "1,0.25"."""
         return tuple(map(str, self.settings.families))
 
-    @functools.cached_property
-    def by_house(self) -> pd.DataFrame | None:
-        """The table of `summary.by_house`, or None for a single house."""
-        return by_house(self.episodes) if self.houses > 1 else None
-
     @property
     def houses(self) -> int:
-        """Number of houses."""
         return len(self.settings.plans)
 
     @property
@@ -96,7 +87,6 @@ class Run(Finished):
 
     @property
     def nouns(self) -> dict[str, str]:
-        """Nouns for its children."""
         return words.SEVERAL if self.several else words.SINGLE
 
     @property
@@ -114,29 +104,17 @@ class Run(Finished):
         """The name of the bare-tables baseline, if the run has it."""
         return tuple(c for c in self.settings.caregivers if c == BARE_TABLES)
 
-    def rivals(self, most: int) -> tuple[str, ...]:
-        """Return the `most` other caregivers that leave the least damage, in the run's order."""
-        best = sorted(self.baselines, key=lambda caregiver: self.mean(caregiver, "damage"))[:most]
-        return tuple(c for c in self.baselines if c in best)
-
     def row(self, caregiver: str, family: str) -> dict[str, Any]:
         """Return the summary's row of a caregiver and a family."""
         return next(r for r in self.summary["rows"] if (r["caregiver"], r["family"]) == (caregiver, family))
 
-    def comparison(self, caregiver: str, baseline: str, family: str) -> dict[str, Any] | None:
-        """Return the summary's comparison of two caregivers with a family, or None."""
+    def comparison(self, caregiver: str, family: str, baseline: str = "none") -> dict[str, Any]:
+        """Return the summary's comparison of two caregivers with a family; empty for a family of another run."""
         wanted = (caregiver, baseline, family)
         rows = self.summary["comparisons"]
-        return next((r for r in rows if (r["caregiver"], r["baseline"], r["family"]) == wanted), None)
-
-    def against_none(self, caregiver: str, family: str) -> dict[str, Any]:
-        """Return the same against no caregiver, which a run to report on always has."""
-        row = self.comparison(caregiver, "none", family)
-        assert row is not None
-        return row
+        return next((r for r in rows if (r["caregiver"], r["baseline"], r["family"]) == wanted), {})
 
     def mean(self, caregiver: str, column: str) -> float:
-        """Return the mean over all episodes of all families."""
         return float(self.episodes.loc[self.episodes.caregiver == caregiver, column].mean())
 
     def command(self) -> str:
@@ -147,18 +125,13 @@ class Run(Finished):
             command += ["--house", settings.file or asked[0]]
         else:
             command += ["--houses", *(shlex.split(settings.houses) or asked)]
-        for option, value, usual in (
-            ("--damage", settings.plans[0].damage, DamageWeights()),
-            ("--embodiment", settings.embodiment, DEFAULT),
-            ("--sight", settings.sight, "all"),
-            ("--child-speed", settings.child_speed, WALKING_SPEED),
-            *(
-                (f"--{one.name.replace('_', '-')}", getattr(settings.queries, one.name), one.default)
-                for one in dataclasses.fields(Queries)
-                if one.name != "folder"
-            ),
-        ):
-            command += [] if value == usual else [option] if value is True else [option, str(value)]
+        ours, usual = (
+            {"damage": damage, **{name: getattr(run, name) for name in _CONDITIONS}, **run.queries.record()}
+            for damage, run in ((settings.plans[0].damage, settings), (DamageWeights(), Conditions()))
+        )
+        for name, value in ours.items():
+            if value != usual[name]:
+                command += [f"--{name.replace('_', '-')}", *([] if value is True else [str(value)])]
         command += ["--caregiver", *settings.caregivers, "--epsilon", *self.families]
         more = f"  # and task_kwargs={settings.options}, from Python" if settings.options else ""
         return "\n".join(
@@ -166,12 +139,10 @@ class Run(Finished):
             for seed, episodes in self.seeds
         )
 
-    def cells(self, caregiver: str, key: str, digits: int = 1, scale: float = 1.0, against: str = "") -> list[str]:
-        """Return a number of a caregiver's rows, or of its comparisons, with its interval: one for each family."""
-        rows = (
-            self.comparison(caregiver, against, family) if against else self.row(caregiver, family)
-            for family in self.families
-        )
+    def cells(self, caregiver: str, key: str, digits: int = 1, scale: float = 1.0, against: bool = False) -> list[str]:
+        """Return a number of a caregiver's rows, or of those against none, with its interval: one for each family."""
+        of = self.comparison if against else self.row
+        rows = (of(caregiver, family) for family in self.families)
         return [words.with_interval(row, key, digits, between="\n", scale=scale) for row in rows]
 
     def table(self, what: str, first: str, rows: Sequence[tuple[str, ...]], note: str = "") -> words.Table:
@@ -221,7 +192,7 @@ class Run(Finished):
                 for which, caregiver, paper in zip(("without", "with"), ("none", self.caregiver), cited, strict=True)
             ]
             if column == "damage_normalised":
-                left_here = self.against_none(self.caregiver, family)
+                left_here = self.comparison(self.caregiver, family)
                 quantities.append(("left", left_here, "damage_left", cited[1] / cited[0]))
             for which, row, key, paper in quantities:
                 ours = row[key if key in row else f"{key}_mean"]

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
-from caregiver_mj.experiments import statistics
+from caregiver_mj.experiments import statistics, summary
 from caregiver_mj.experiments.summary import Harm
 from caregiver_mj.experiments.verdicts import MARGINS
 from caregiver_mj.recording.contacts import BODY_LIMITS, CAUTION, FAR, FLAME_CLEAR, WAX_CLEAR
@@ -18,10 +18,10 @@ from caregiver_mj.viz import figures
 from caregiver_mj.viz.report import words
 from caregiver_mj.viz.report.left import left_cell, left_series
 from caregiver_mj.viz.report.run import Run
-from caregiver_mj.viz.report.words import NONE, TITLES, Picture, Table, family_name, if_bracketed, number, with_interval
+from caregiver_mj.viz.report.words import NONE, TITLES, Picture, Table, family_name, number, with_interval
 
 MARGIN = MARGINS["toys_reached"]
-_RIVALS = 3  # number of other caregivers in a figure
+_RIVALS = 3  # other caregivers in a figure: those that leave the least damage
 _BY_CHILD = {"damage_by_child": "damage", "toys_by_child": "toys_reached"}  # columns of each child, and of their sum
 # Columns of contacts, aggregation over episodes, and digits.
 _SHOWN = (
@@ -40,55 +40,44 @@ _SOURCE = "DGUV 2011, as reprinted in Buxbaum and Sen, table 1.4 (in: Bendel, Pf
 
 def damage_table(run: Run) -> Table:
     """Return the paper's Table I: normalised damage, and the share left."""
-    rows = []
-    for family in run.families:
-        alone, guarded = run.row("none", family), run.row(run.caregiver, family)
-        cited = run.published("damage_normalised", family)
-        cells = (
-            with_interval(alone, "damage_normalised_mean", 3, between="\n"),
-            NONE if cited is None else f"{cited[0]:.3f}",
-            with_interval(guarded, "damage_normalised_mean", 3, between="\n"),
-            NONE if cited is None else f"{cited[1]:.3f}",
-            left_cell(run, run.caregiver, family),
-            NONE if cited is None else f"{cited[1] / cited[0]:.2f}",
-        )
-        rows.append((family_name(family), *cells))
-    interval = if_bracketed(rows, " and its 95 % interval")
+    column = "damage_normalised"
+    ours = {what: run.cells(who, f"{column}_mean", 3) for what, who in (("without", "none"), ("with", run.caregiver))}
+    ours["left"] = [left_cell(run, run.caregiver, family) for family in run.families]
+    rows = _beside_published(run, column, ours, (3, 3, 2))
     note = (
-        f"Mean normalised damage in {EPISODE_TIMESTEPS} timesteps{interval}. 1.0 is the greatest of any "
-        f"episode of the run ({run.episodes.damage.max():g}), the greater, the more episodes: compare the shares left. "
-        "Below these is the damage itself, of that without."
+        f"Mean normalised damage in {EPISODE_TIMESTEPS} timesteps. 1.0 is the greatest of any episode of the run "
+        f"({run.episodes.damage.max():g}), the greater, the more episodes: compare the shares left. Below these is the "
+        "damage itself, of that without."
     )
-    return _beside_published(run, f"Table I. Damage — {run.title}", ("without", "with", "left"), rows, note)
+    return Table(f"Table I. Damage — {run.title}", rows[0], rows[1:], note)
 
 
 def timesteps_table(run: Run) -> Table:
     """Return the paper's Table II: timesteps until the threshold of damage."""
     column = "timesteps_to_threshold"
-    cited = [run.published(column, family) for family in run.families]
-    cells: list[Sequence[str]] = [[family_name(family) for family in run.families]]
-    for i, caregiver in enumerate(("none", run.caregiver)):
-        cells += [run.cells(caregiver, f"{column}_mean"), [NONE if one is None else f"{one[i]:.1f}" for one in cited]]
-    rows = list(zip(*cells, strict=True))
-    note = f"Mean timesteps until the damage is above {DAMAGE_THRESHOLD:g}, at most {EPISODE_TIMESTEPS}"
-    note += if_bracketed(rows, ", and its 95 % interval") + "."
-    return _beside_published(run, f"Table II. Timesteps — {run.title}", ("without", "with"), rows, note)
+    ours = {what: run.cells(who, f"{column}_mean") for what, who in (("without", "none"), ("with", run.caregiver))}
+    rows = _beside_published(run, column, ours, (1, 1))
+    note = f"Mean timesteps until the damage is above {DAMAGE_THRESHOLD:g}, at most {EPISODE_TIMESTEPS}."
+    return Table(f"Table II. Timesteps — {run.title}", rows[0], rows[1:], note)
 
 
 def _beside_published(
-    run: Run, title: str, quantities: tuple[str, ...], rows: Sequence[tuple[str, ...]], note: str
-) -> Table:
-    """Return a table with our numbers and the paper's in turn; without the latter if they are not comparable."""
-    if run.cited:
-        columns = tuple(f"{quantity}, {where}" for quantity in quantities for where in ("here", "published"))
-    else:
-        columns, rows = quantities, [(row[0], *row[1::2]) for row in rows]
-    return Table(title, (run.nouns["who"], *columns), rows, note)
+    run: Run, column: str, ours: Mapping[str, Sequence[str]], digits: Sequence[int]
+) -> list[tuple[str, ...]]:
+    """Return titles and rows of our cells, each beside the paper's number where these are comparable."""
+    published = [run.published(column, family) for family in run.families]
+    columns = [(run.nouns["who"], *map(family_name, run.families))]
+    for i, (quantity, cells) in enumerate(ours.items()):
+        columns.append((f"{quantity}, here" if run.cited else quantity, *cells))
+        if run.cited:
+            theirs = (NONE if one is None else f"{(*one, one[1] / one[0])[i]:.{digits[i]}f}" for one in published)
+            columns.append((f"{quantity}, published", *theirs))
+    return list(zip(*columns, strict=True))
 
 
 def comparison_table(run: Run) -> Table:
     """Return the differences due to the caregiver, with intervals and tests."""
-    found = {family: run.against_none(run.caregiver, family) for family in run.families}
+    found = {family: run.comparison(run.caregiver, family) for family in run.families}
     compared = [column for column in statistics.COMPARED if all(f"{column}_p" in row for row in found.values())]
     rows = []
     for family, row in found.items():
@@ -97,12 +86,11 @@ def comparison_table(run: Run) -> Table:
             for column in compared
         ]
         rows.append((family_name(family), *cells))
-    interval = ", in brackets its 95 % interval (studentised bootstrap; ∞ where the episodes do not bound it)"
     note = (
         f"With the caregiver less without, paired: episode i has the same {run.nouns['who']} both times. The mean "
-        f"difference{if_bracketed(rows, interval)}, and "
-        "the p of the same mean being zero (sign flips, two-sided, this one alone; summary.json has it corrected by "
-        "Holm, too); no p where fewer than six pairs differ, for none could be small enough."
+        "difference (intervals by studentised bootstrap; ∞ where the episodes do not bound it), and the p of the same "
+        "mean being zero (sign flips, two-sided, this one alone; summary.json has it corrected by Holm, too); no p "
+        "where fewer than six pairs differ, for none could be small enough."
     )
     columns = (run.nouns["who"], *(TITLES[column] for column in compared))
     return Table(f"Differences that the caregiver makes — {run.title}", columns, rows, note)
@@ -128,18 +116,13 @@ def children_table(run: Run) -> Table | None:
     """Return damage and toys of each child; None without families of several."""
     if not run.several:
         return None
-    episodes, rows = run.episodes, []
+    groups, rows = run.episodes.groupby(["caregiver", "family"]), []
+    means = [groups[column].apply(lambda lists: np.mean([*lists], axis=0)) for column in _BY_CHILD]
     for family in (family for family in run.families if len(words.members(family)) > 1):
-        means = {
-            (caregiver, column): np.mean(np.stack(chosen[column].to_numpy()), axis=0)
-            for caregiver in ("none", run.caregiver)
-            for chosen in [episodes[(episodes.caregiver == caregiver) & (episodes.family == family)]]
-            for column in _BY_CHILD
-        }
         for child, (behaviour, epsilon) in enumerate(words.members(family)):
             name = f"{family_name(family)}: {behaviour or 'novice'} {child + 1}, {100 * epsilon:g} %"
-            keys = [(caregiver, column) for column in _BY_CHILD for caregiver in ("none", run.caregiver)]
-            rows.append((name, *(number(float(means[key][child])) for key in keys)))
+            values = (mean[caregiver, family][child] for mean in means for caregiver in ("none", run.caregiver))
+            rows.append((name, *map(number, values)))
     columns = (f"{TITLES[total]}, {what}" for total in _BY_CHILD.values() for what in ("without", "with"))
     note = "Means of an episode, without and with the caregiver."
     return Table(f"Each child — {run.title}", ("child", *columns), rows, note)
@@ -147,7 +130,7 @@ def children_table(run: Run) -> Table | None:
 
 def harm(run: Run) -> dict[str, Any]:
     """Return verdicts and tables of harm, the sentence on the caregiver, and the others that do harm."""
-    verdicts = run.verdicts
+    verdicts = run.judged_anew(run.acting)
     ours = next(row for row in verdicts if row["caregiver"] == run.caregiver)
     also = [row["caregiver"] for row in verdicts if row["verdict"] == Harm.SHOWN and row is not ours]
     rows = [
@@ -156,7 +139,7 @@ def harm(run: Run) -> dict[str, Any]:
         for part in ({"title": "all", **row, "text": ""}, *row["parts"].values())
     ]
     columns = ("caregiver", "harm in", "could be shown in", "episodes worse than alone", "worst pair")
-    damage = [_harm_cells(row) for row in run.summary["harm"]]
+    damage = [_harm_cells(row) for row in summary.harm(run.by_house)]
     return {
         "shown": ours["verdict"] == Harm.SHOWN,
         "sentence": ours["text"],
@@ -234,14 +217,15 @@ def limits_table(episodes: pd.DataFrame, where: str = "", compliant: bool = Fals
 
 def child(run: Run) -> dict[str, Any]:
     """Return the figures and tables."""
-    shown = (run.caregiver, *run.rivals(_RIVALS))
+    rivals = sorted(run.baselines, key=lambda caregiver: run.mean(caregiver, "damage"))[:_RIVALS]
+    shown = (run.caregiver, *(caregiver for caregiver in run.baselines if caregiver in rivals))
     lines = {family: words.in_lines(family) for family in run.families}
     names = {family: family_name(family) for family in run.families}
     survival = figures.survival(run.episodes, names, ("none", *shown, *run.bare_tables), caregiver=run.caregiver)
     toys = figures.toys_kept(
         list(lines.values()), [left_series(run, c, c, run.families, "toys_reached") for c in shown], MARGIN
     )
-    toys_caption = f"Toys reached, as a share of those alone; {_toys_verdicts(run)} — {run.title}"
+    toys_caption = f"Toys reached, as a share of those alone — {run.title}"
     return {
         "table": child_table(run),
         "more": [_stop_table(run), *([_toys_table(run), _denied_table(run)] if run.baselines else [])],
@@ -252,16 +236,6 @@ def child(run: Run) -> dict[str, Any]:
     }
 
 
-def _toys_verdicts(run: Run) -> str:
-    """Return the verdicts on the caregiver's loss of toys against the margin, as a sentence."""
-    with_whom: dict[str, list[str]] = {}
-    for family in run.families:
-        verdict = run.against_none(run.caregiver, family)["toys_reached_not_inferior"]
-        with_whom.setdefault(verdict, []).append(family_name(family))
-    verdicts = "; ".join(f"{verdict} with {', '.join(names)}" for verdict, names in with_whom.items())
-    return f"with {run.caregiver} and a margin of {100 * MARGIN:g} %, stated beforehand: {verdicts}"
-
-
 def child_table(run: Run) -> Table:
     """Return the toys kept, the moves denied and the share of stopped episodes."""
     alone, guarded = ([run.row(c, family) for family in run.families] for c in ("none", run.caregiver))
@@ -269,9 +243,9 @@ def child_table(run: Run) -> Table:
         f"{100 * before['stopped_mean']:.0f} → {100 * after['stopped_mean']:.0f}"
         for before, after in zip(alone, guarded, strict=True)
     )
-    verdicts = (run.against_none(run.caregiver, family)["toys_reached_not_inferior"] for family in run.families)
+    verdicts = (run.comparison(run.caregiver, family)["toys_reached_not_inferior"] for family in run.families)
     rows = [
-        ("toys kept, %", *run.cells(run.caregiver, "toys_reached_left", scale=100.0, against="none")),
+        ("toys kept, %", *run.cells(run.caregiver, "toys_reached_left", scale=100.0, against=True)),
         (f"< {100 * MARGIN:g} % lost?", *verdicts),
         ("stairwells denied", *run.cells(run.caregiver, "moves_blocked_stairwell_mean")),
         ("free moves denied", *run.cells(run.caregiver, "moves_blocked_free_mean")),
@@ -283,7 +257,6 @@ def child_table(run: Run) -> Table:
         f"{100 * (1 - MARGIN):g} %, a margin stated before any comparison. Moves an episode that the caregiver denies, "
         "and timesteps on end. Episodes stopped, without → with."
     )
-    note += if_bracketed(rows, " In brackets 95 % intervals.")
     return run.table("The child's side", "with the caregiver", rows, note)
 
 
@@ -294,19 +267,17 @@ def _stop_table(run: Run) -> Table:
         for what, column in (("toys reached", "toys_reached"), ("damage until the stop", "damage_until_stop"))
         for how, caregiver in (("without", "none"), ("with", run.caregiver))
     ]
-    interval = if_bracketed(rows, " and 95 % intervals")
-    note = f"Means of an episode{interval}. The stop is where the damage comes above {DAMAGE_THRESHOLD:g}."
+    note = f"Means of an episode. The stop is where the damage comes above {DAMAGE_THRESHOLD:g}."
     return run.table("Toys, and damage until the stop", "mean", rows, note)
 
 
 def _toys_table(run: Run) -> Table:
     rows = []
     for caregiver in run.acting:
-        kept = run.cells(caregiver, "toys_reached_left", scale=100.0, against="none")
-        verdicts = (run.against_none(caregiver, family)["toys_reached_not_inferior"] for family in run.families)
+        kept = run.cells(caregiver, "toys_reached_left", scale=100.0, against=True)
+        verdicts = (run.comparison(caregiver, family)["toys_reached_not_inferior"] for family in run.families)
         rows.append((caregiver, *map("\n".join, zip(kept, verdicts, strict=True))))
-    interval = if_bracketed(rows, ", the 95 % interval")
-    note = f"% of the toys reached alone{interval}, and whether less than {100 * MARGIN:g} % are lost."
+    note = f"% of the toys reached alone, and whether less than {100 * MARGIN:g} % are lost."
     return run.table("Toys kept by each caregiver", "caregiver", rows, note)
 
 

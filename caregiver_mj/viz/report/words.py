@@ -63,10 +63,10 @@ def number(value: float, digits: int = 1, sign: str = "-") -> str:
 
 
 def with_interval(
-    row: dict[str, Any] | None, key: str, digits: int = 1, sign: str = "-", between: str = " ", scale: float = 1.0
+    row: dict[str, Any], key: str, digits: int = 1, sign: str = "-", between: str = " ", scale: float = 1.0
 ) -> str:
     """Return a number of the summary with its interval in brackets; unbounded ends are infinite."""
-    if row is None or row[key] is None:
+    if row.get(key) is None:
         return NONE
     stem = key.removesuffix("_mean")
     value, low, high = (row[name] for name in (key, f"{stem}_ci_low", f"{stem}_ci_high"))
@@ -77,11 +77,6 @@ def with_interval(
         "∞" if high is None else number(scale * high, digits, sign),
     )
     return f"{number(scale * value, digits, sign)}{between}[{', '.join(ends)}]"
-
-
-def if_bracketed(rows: Sequence[tuple[str, ...]], text: str) -> str:
-    """Return a text about intervals for the note below a table, or "" without intervals."""
-    return text if any("[" in cell for row in rows for cell in row[1:]) else ""
 
 
 def p_value(value: float | None) -> str:
@@ -107,10 +102,16 @@ class Table:
     rows: Sequence[tuple[str, ...]]
     note: str = ""
 
+    @property
+    def legend(self) -> str:
+        """The note, with the meaning of brackets if there are any."""
+        is_bracketed = any("[" in cell for row in self.rows for cell in row[1:])
+        return f"{self.note} In brackets 95 % intervals.".lstrip() if is_bracketed else self.note
+
     def markdown(self) -> str:
         head, *rows = (f"| {' | '.join(map(markdown, row))} |" for row in (self.columns, *self.rows))
         rule = f"| {' | '.join(['---'] * len(self.columns))} |"
-        note = [self.note, ""] if self.note else []
+        note = [self.legend, ""] if self.legend else []
         return "\n".join([f"### {markdown(self.title)}", "", head, rule, *rows, "", *note])
 
 

@@ -60,7 +60,6 @@ class Session:
 
     @property
     def speed(self) -> float:
-        """Simulated seconds per second."""
         return self._speed
 
     @speed.setter
@@ -70,7 +69,6 @@ class Session:
         self._speed = float(speed)
 
     def hurry(self, times: float) -> None:
-        """Multiply the speed, within its range."""
         self.speed = min(max(times * self.speed, SLOWEST), FASTEST)
 
     def skip_time(self) -> None:
@@ -78,7 +76,6 @@ class Session:
         self._last = self._clock()
 
     def toggle(self) -> None:
-        """Pause or continue."""
         self.skip_time()
         self.playing = not self.playing and not self.over
 

@@ -54,12 +54,7 @@ class WebViewer:
     """Serves a session to browsers at `url`. Everything except the network runs in the thread that calls `run`."""
 
     def __init__(self, session: Session, host: str, port: int, rate: float, plain: bool = False):
-        """Serve a session at an address, with a rate of updates per second; `plain` without shadows, which are slow.
-
-        Raises:
-            CaregiverError: The address is not available.
-        """
-        check_address(host, port)
+        """Serve a session at a free address, at a rate of updates per second; `plain` leaves out slow shadows."""
         self.session, self._period, self._plain = session, 1.0 / rate, plain
         self._wishes: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         with contextlib.redirect_stdout(io.StringIO()), _guarded(host):  # without its message
@@ -71,26 +66,24 @@ class WebViewer:
         self._panel.fill_in()
         self._scene = WebScene(self.server, session.episode, plain)
 
-    def run(self, until: Callable[[], bool] = lambda: False) -> None:
-        """Run the session until it is interrupted, or a condition holds."""
+    def run(self) -> None:
+        """Run the session until it is interrupted."""
         due = time.monotonic()
-        while not until():
+        while True:
             due = max(due + self._period, time.monotonic())
             self._take_wishes(due)
             self.session.advance()
             self.show()
 
     def show(self) -> None:
-        """Show the present moment."""
         episode = self.session.episode
         if self._scene.kind != _kind(episode):
             self._scene = WebScene(self.server, episode, self._plain)
             self.session.skip_time()
         self._panel.show()
-        self._scene.show(episode, self._panel.foreseen)
+        self._scene.show(episode, self._panel.foreseen.value)
 
     def close(self) -> None:
-        """Stop the server."""
         with contextlib.redirect_stdout(io.StringIO()):
             self.server.stop()
 

@@ -32,7 +32,7 @@ Do = Callable[[Callable[[], None]], None]  # runs a function in the thread of th
 
 
 class Panel:
-    """The panel of a session, in all connected browsers."""
+    """The panel of a session, in all connected browsers; its checkbox `foreseen` asks for predictions on the floor."""
 
     def __init__(self, server: viser.ViserServer, session: Session, do: Do):
         """Lay out the panel; `do` runs a function in the thread of the simulation."""
@@ -46,13 +46,7 @@ class Panel:
         self._message = self._gui.add_html("")
         self._same = self._gui.add_html("")
 
-    @property
-    def foreseen(self) -> bool:
-        """Whether to show the caregiver's predictions on the floor."""
-        return self._floor.value
-
     def show(self) -> None:
-        """Show the present moment."""
         session = self._session
         labels = tuple(" ".join(target).rstrip() for target in session.targets) or self._nobody
         if labels != self._targets.options:
@@ -97,7 +91,7 @@ class Panel:
         speeds = _SPEEDS if asked in _SPEEDS else (*_SPEEDS, asked)
         speed = gui.add_dropdown("Speed", speeds, initial_value=asked, hint="Times the speed of the simulated world")
         speed.on_update(lambda _: self._do(lambda: setattr(session, "speed", float(speed.value))))
-        self._floor = gui.add_checkbox("Danger foreseen", True, hint="On the floor, if the caregiver looks ahead")
+        self.foreseen = gui.add_checkbox("Danger foreseen", True, hint="On the floor, if the caregiver looks ahead")
 
     def _add_targets(self) -> None:
         """Add the player's choices: buttons, and the keys with which their labels begin."""
