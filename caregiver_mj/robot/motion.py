@@ -188,7 +188,7 @@ class RobotMotion(BaseMotion):
         """
         self._lands_at = None
         self._crept = min(self._crept, self.now) if creeps else math.inf
-        if self._reach.rests_at(s) and speed == math.inf and not (creeps or self.may_be_off):
+        if self._reach.rests_at(s, self.now) and speed == math.inf and not (creeps or self.may_be_off):
             return  # the usual case
         first, last = self.reach_path.span(self.reached, s)
         if last - first > 1:
