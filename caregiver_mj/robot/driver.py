@@ -102,13 +102,13 @@ class Driver:
             self._plan(view, robot, goal, cell)
         keeps = robot.yaw if yaw is None else yaw
         heading = keeps if view.gaze is None else self._heading(view, robot, goal, yaw)
-        may_turn = self.turn(view, robot, heading)
+        moves, is_turned = robot.moving, heading == robot.yaw and robot.turning == (0.0, 0.0)
+        may_turn = not is_turned and self.turn(view, robot, heading)
         # Set off late if the turn takes longer than the drive, and never in a direction out of view.
         is_blind = view.gaze is not None and (self.is_loaded or not (view.children or view.hidden))
         is_blind = is_blind and abs(math.remainder(heading - view.base[2], math.tau)) > CAMERA_WIDTH / 2
-        waits = may_turn and not robot.moving and (is_blind or robot.time_left < robot.turn_left(heading))
+        waits = may_turn and not moves and (is_blind or robot.time_left < robot.turn_left(heading))
         robot.drives = 0.0 if self._stops or waits else 1.0
-        moves = robot.moving
         if not moves and math.dist(goal, view.base[:2]) < ARRIVED:
             looks_round = yaw is None and view.gaze is not None
             turn = 0.0 if looks_round else abs(math.remainder(keeps - view.base[2], math.tau))
@@ -118,10 +118,8 @@ class Driver:
             self.patience.note(0.0 if is_there else 0.5 * math.ceil(_TURNS * turn / math.pi) / _TURNS, view.now)
             if is_there:
                 return Status.FAILED if self.patience.is_over(view.now) else Status.DONE
-        if not self.patience.is_over(view.now):
-            return Status.RUNNING
-        on_its_way = moves and self._leads_to(goal)
-        return Status.FAILED if self.patience.is_over(view.now, _LAST_OF_WAY * on_its_way) else Status.RUNNING
+        grace = _LAST_OF_WAY if moves and self._leads_to(goal) else 0.0
+        return Status.FAILED if self.patience.is_over(view.now, grace) else Status.RUNNING
 
     def turn(self, view: View, robot: RobotMotion, yaw: float) -> bool:
         """Turn to a heading, rad, if the base may turn and the hand is in; return whether the base may turn."""

@@ -14,7 +14,7 @@ import numpy as np
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.robot.base_motion import NO_SPEED, BaseMotion
 from caregiver_mj.robot.embodiment import Embodiment
-from caregiver_mj.robot.feedback import FollowedVelocity, GivingWay
+from caregiver_mj.robot.feedback import FollowedVelocity, GivingWay, shortened
 from caregiver_mj.robot.geometry import Vector
 from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.limits import CREEP, Limits
@@ -363,16 +363,10 @@ class RobotMotion(BaseMotion):
         _, (vx, vy), _ = self._base_at(end + servos.base_lag)
         yaw = self._yaw.at(now)[0]
         _, yaw_rate, yaw_acceleration = self._yaw.at(end)
-        back_x, back_y = self._position_gain * (x - base[0]), self._position_gain * (y - base[1])
         self._feedback = min(self.catch_up, _CATCH_UP_SPEED, self._feedback + _RELEASE * self._timestep)
-        most = self._feedback
-        if (push := math.hypot(back_x, back_y)) > most:
-            back_x, back_y = back_x * most / push, back_y * most / push
-        vx, vy = vx + back_x, vy + back_y
-        top = self.limits.as_commanded.velocity
-        if (speed := math.hypot(vx, vy)) > top:  # held up, it must not catch up at any speed
-            vx, vy = vx * top / speed, vy * top / speed
-        wanted = vx, vy
+        gain = self._position_gain
+        back_x, back_y = shortened(self._feedback, gain * (x - base[0]), gain * (y - base[1]))
+        wanted = shortened(self.limits.as_commanded.velocity, vx + back_x, vy + back_y)
         left, at_once = restrain(wanted, self._velocity.commanded) if restrain else (wanted, False)
         vx, vy = self._velocity.follow(left, at_once, goes_on=math.dist(left, wanted) < NO_SPEED)
         self._is_free = math.dist((vx, vy), wanted) < NO_SPEED
