@@ -32,13 +32,13 @@ _SAME = 0.05  # m; distance between points below which two paths are the same
 _SWITCHING_RATE = 0.6  # share of the planned speed below which the base stops before it takes another path
 # s; time between plans: with a path, without one for children, and while stopping
 _REPLAN_INTERVAL, _BARRED_INTERVAL, _STOPPING_INTERVAL = 1.0, 0.3, 0.04
-_LOOK_AHEAD = 1.5  # s; part of the path checked for children in the way
+LOOK_AHEAD = 1.5  # s; part of the path checked for children in the way, and for walls beside the hand
 _LAST_OF_WAY = 5.0  # s; grace of the watchdog for a base on its way to the goal
 _NEAR = 0.25  # m; distance that the base may drive without looking ahead
 _WATCHES = 2.0  # m; range within which it looks at a child and not ahead
 _FACES_LOADED = 0.7  # rad; the next with a candle in the hand: within the camera's picture
 _FACES, _IN_TIME = 0.3, 1.8  # rad; accepted deviation of a heading. s; time before arrival to begin the final turn
-_PATIENCE = 1.7  # s; time to keep out of a coming child's way: one novice timestep
+PATIENCE = 1.7  # s; time to keep out of a coming child's way: one novice timestep
 # m; distance of a child that stays with the base in its refuge for two of these, after which it tries another: a child
 # that follows it bars its way from there for ever, and opens it as it follows on.
 _STAYS = 0.5
@@ -139,7 +139,7 @@ class Driver:
         Near the end it is `yaw`. Before, the base looks at a near child or its possible place, else ahead; at the goal,
         along its gaze. With a candle, which slips at every turn, it only keeps its direction of motion in view.
         """
-        here, ahead = robot.base_reference()[0], robot.points_ahead(_LOOK_AHEAD)[-1]
+        here, ahead = robot.base_reference()[0], robot.points_ahead(LOOK_AHEAD)[-1]
         is_there = math.dist(here, goal) < _NEAR
         if yaw is not None and (is_there or 0.0 < robot.time_left < _IN_TIME):
             return yaw
@@ -191,7 +191,7 @@ class Driver:
         plan, rests = self._navigator.plan, self._refuges
         if not robot.moving and gap(view, self._embodiment) < _STAYS:
             rests.setdefault(start, view.now)
-        in_vain = [cell for cell, since in rests.items() if view.now > since + 2 * _PATIENCE]
+        in_vain = [cell for cell, since in rests.items() if view.now > since + 2 * PATIENCE]
         children = [plan.cell_at(child.position) for child in view.children]
         refuge = self._navigator.refuge(start, children, child_cells(view.children, plan), in_vain)
         if refuge in in_vain:  # all have been tried
@@ -219,7 +219,7 @@ class Driver:
         litter = _littered_cells(view, self._navigator.plan) - {cell}
         under_way = self._leads_to(goal) and litter == self._litter
         self._litter = litter
-        ahead = robot.points_ahead(_LOOK_AHEAD)
+        ahead = robot.points_ahead(LOOK_AHEAD)
         if under_way and robot.time_left > 0.0 and not is_in_the_way(view, self._embodiment, ahead):
             self._is_barred = False
             self._leave(view, robot, goal, cell)
@@ -236,7 +236,7 @@ class Driver:
             self._stops, self._path_goal = True, None  # stop until they leave a way
         else:
             if comes(view, self._embodiment):
-                self.aside_until = view.now + _PATIENCE
+                self.aside_until = view.now + PATIENCE
             wait = None if self.stands_aside(view.now) else self._waiting_cell(view, here, cell)
             if wait is None:
                 aside, points = self._step_aside(view, robot, here)
@@ -254,7 +254,7 @@ class Driver:
         if robot.rate < _CREEPING_RATE and gap(view, self._embodiment) < BESIDE:
             self._replan_at = view.now + _BARRED_INTERVAL
             here, children = robot.base_reference()[0], [child.position for child in view.children]
-            if self._navigator.brushes([here, robot.points_ahead(_LOOK_AHEAD)[-1]], children):
+            if self._navigator.brushes([here, robot.points_ahead(LOOK_AHEAD)[-1]], children):
                 points = self._way_past_children(view, here, goal, cell)
                 if points and not self._navigator.brushes(points, children):
                     self._take(points, goal, view, robot)

@@ -56,7 +56,7 @@ def govern(view: View, robot: RobotMotion, clearance: Clearance, control_timeste
     robot.catch_up = separation.catch_up_speed(near)
     if view.unseen:
         unseen = separation.gap(view, robot.robot, view.unseen)
-        robot.catch_up = min(robot.catch_up, separation.catch_up_speed(unseen, separation.GENTLE_UNSEEN))
+        robot.catch_up = min(robot.catch_up, separation.catch_up_speed(unseen, separation.ADDED))
     restrain = None
     if not separation.is_alone(view, robot.robot, separation.GENTLE_GAP + view.unsure):
         restrain = functools.partial(separation.restrain, view, robot.robot, clearance, control_timestep, robot.closes)

@@ -29,32 +29,28 @@ BESIDE, LEAVING = 0.15, -0.8
 FORESIGHT = 2.2  # m; range within which paths avoid a child; a farther one will have moved on
 _REACTION = 0.04  # s; delay of control and servo before the base brakes
 _SEPARATION = 0.08  # m; distance that must remain when the base has stopped
-# m/s; speed of the base's surface as it turns to look for a child round a corner, to which it comes at a creep. Both
-# together stay below a strike.
-_LOOKING = 0.04
 _FAR = 2.0  # m; range beyond which a child does not slow the base down
 FREE = 1.5  # m; distance of the nearest child from which on feedback and arm are unbounded
 _PASSING, _PASSING_GAP = 0.35, 0.4  # share of a passing speed that is approach at contact; m, gap where none is
 # Speeds of the base's surface along a child that comes to touch it, below a strike.
 _SLIDE_SPEED, _SLIDE_TOUCHING = 0.02, 0.025  # m/s; before contact, and in contact
-_TURN_SPEED = 0.01  # m/s; the part of a turn
+ADDED = 0.01  # m/s; the part of a turn, or of feedback, beside these or a creep
 _SLIDE_TOWARDS = 0.2  # greatest cosine between motion and child with which the base slides past and does not push
 _BUILDS_UP = 0.2  # s; time until a change of rate has built up
 _SLIDE_RATES = (1.0, 0.8, 0.6, 0.45, 0.33, 0.25, 0.18, 0.12, 0.08, 0.05)  # candidates
 _COMING_SPEED = 0.1  # m/s; speed of a child above which it comes towards the robot
-_COMING_GAP, _TOUCHING_GAP = 0.9, 0.01  # m; gaps below which it counts, and below which it has arrived
+COMING_GAP, _TOUCHING_GAP = 0.9, 0.01  # m; gaps below which it counts, and below which it has arrived
 GENTLE_GAP = 0.10  # m; gap below which the base yields to a push
 # 1/s; increase with the gap of the speed of return to the reference, a creep within that gap: so fast the base can
 # brake before a child that comes.
 _RELEASED = 0.6
-GENTLE_UNSEEN = 0.01  # m/s; that creep near a possible unseen child: with `CREEP` round the corner below a strike
 _AT_HAND = 0.5  # m; distance of arm and child's centre below which the arm yields to a push
 _TUCKED = 0.05  # share of the reach below which the arm is tucked
 _WITHIN = 1e-6  # m; length of a vector of which only the direction is known
 _SOON = 0.8  # s; horizon within which a child keeps its velocity
 _HEAD_ON = 0.5  # cosine between motion and child above which `must_stop` considers the child
 _TOUCHED = 0.002  # m; gap of a child that touches the base, or will in the next control step
-_NO_NEARER = 0.05  # m; gap below which no motion leads towards a child, and a path past it counts as barred
+_NO_NEARER = GENTLE_GAP / 2  # m; gap below which no motion leads to a child, and a path past it counts as barred
 _BRAKES = 0.8  # share of the acceleration limit for braking in contact; before contact commands keep to the limit
 # m/s; decrease of the command, before contact, of a base with little room to leave. A greater one would use nearly all
 # of its acceleration, and leave none to react to a child that walks round it.
@@ -108,8 +104,13 @@ def is_child_at_hand(view: View, robot: Embodiment, reached: float) -> bool:
     """
     if reached < _TUCKED or gap(view, robot) > FREE:
         return False
+    return is_child_at_arm(view, robot, _AT_HAND, 0.0)
+
+
+def is_child_at_arm(view: View, robot: Embodiment, near: float, within: float) -> bool:
+    """Return `is_child_at_line` for the line from the base's edge to the hand."""
     edge, hand = geometry.to_world(view.base, (robot.footprint, 0.0)), hand_position(view, robot)[:2].tolist()
-    return is_child_at_line(view, edge, hand, _AT_HAND, 0.0)
+    return is_child_at_line(view, edge, hand, near, within)
 
 
 def comes(view: View, robot: Embodiment) -> bool:
@@ -117,7 +118,7 @@ def comes(view: View, robot: Embodiment) -> bool:
     for child in view.children:
         room = gap_to(view.base, robot, child)
         comes_at = -_along(child.velocity, _offset(view.base, child))
-        if room < _TOUCHING_GAP or (room < _COMING_GAP and comes_at > _COMING_SPEED):
+        if room < _TOUCHING_GAP or (room < COMING_GAP and comes_at > _COMING_SPEED):
             return True
     return False
 
@@ -311,9 +312,9 @@ def allowed_turning(view: View, robot: Embodiment, velocity: Vector, turning: tu
     for child in view.children + unseen:
         gap = _gap_however_turned(view.base, robot, child)
         if gap < _FAR:
-            creep, comes_at = _TURN_SPEED / robot.footprint, view.child_runs
+            creep, comes_at = ADDED / robot.footprint, view.child_runs
             if child in unseen:
-                creep, comes_at = max(creep, (_LOOKING - speed) / robot.footprint), view.child_comes
+                creep, comes_at = max(creep, (CREEP + ADDED - speed) / robot.footprint), view.child_comes
             closing = comes_at + max(0.0, _along(velocity, _offset(view.base, child)))
             time = max(0.0, gap) / closing - _REACTION - view.age
             too_fast = most > creep + limits.slowing(time - delay)
