@@ -3,7 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
-from reaching import first_way
+from robot_plans import first_way
 from views import at_rest
 
 from caregiver_mj.errors import CaregiverError
