@@ -348,16 +348,17 @@ class RobotMotion(BaseMotion):
         """Return the base's velocities: the references' with the servos' lag fed forward, and the feedback."""
         servos, now = self.robot.servos, self.now
         (x, y), _, _ = self._base_at(now)
-        moved, self._seen_at = math.dist(base[:2], self._seen_at) / self._timestep, (float(base[0]), float(base[1]))
+        before, here = self._seen_at, (float(base[0]), float(base[1]))
+        self._seen_at = here
         is_led_off = self.is_driving and not self._is_free
         came_to_rest, self._comes_to_rest = self._comes_to_rest, self.stops and self.is_driving
         if self._comes_to_rest or (came_to_rest and self.stops):  # in any place: beside a child nothing leads back
-            x, y = self._seen_at
+            x, y = here
             if not self._comes_to_rest:
-                self._hold((x, y))
-        elif math.dist((x, y), base[:2]) > (_LED_OFF if is_led_off else _HELD_UP):  # it must plan anew from there
-            x, y = self._seen_at
-            self._let_go_at((x, y), moved)
+                self._hold(here)
+        elif math.dist((x, y), here) > (_LED_OFF if is_led_off else _HELD_UP):  # it must plan anew from there
+            x, y = here
+            self._let_go_at(here, math.dist(here, before) / self._timestep)
         end = now + self._lead
         # Feed the base's lag forward as time: as acceleration, commands would jump with it.
         _, (vx, vy), _ = self._base_at(end + servos.base_lag)
@@ -365,7 +366,7 @@ class RobotMotion(BaseMotion):
         _, yaw_rate, yaw_acceleration = self._yaw.at(end)
         self._feedback = min(self.catch_up, _CATCH_UP_SPEED, self._feedback + _RELEASE * self._timestep)
         gain = self._position_gain
-        back_x, back_y = shortened(self._feedback, gain * (x - base[0]), gain * (y - base[1]))
+        back_x, back_y = shortened(self._feedback, gain * (x - here[0]), gain * (y - here[1]))
         wanted = shortened(self.limits.as_commanded.velocity, vx + back_x, vy + back_y)
         left, at_once = restrain(wanted, self._velocity.commanded) if restrain else (wanted, False)
         vx, vy = self._velocity.follow(left, at_once, goes_on=math.dist(left, wanted) < NO_SPEED)
