@@ -215,7 +215,9 @@ class Driver:
         self.goal, self.cell = goal, cell
         if self.is_loaded:
             self._hand = hand_offset(view, self._embodiment)
-        self._note_progress(view, cell)
+        # Progress is the length of the shortest route, ignoring children.
+        route = self._navigator.route(self._navigator.nearest_cell(view.base[:2]), cell)
+        self.patience.note(sys.maxsize if route is None else len(route), view.now)
         litter = _littered_cells(view, self._navigator.plan) - {cell}
         under_way = self._leads_to(goal) and litter == self._litter
         self._litter = litter
@@ -258,11 +260,6 @@ class Driver:
                 points = self._way_past_children(view, here, goal, cell)
                 if points and not self._navigator.brushes(points, children):
                     self._take(points, goal, view, robot)
-
-    def _note_progress(self, view: View, cell: Cell) -> None:
-        """Note the length of the shortest route to the cell, ignoring children."""
-        route = self._navigator.route(self._navigator.nearest_cell(view.base[:2]), cell)
-        self.patience.note(sys.maxsize if route is None else len(route), view.now)
 
     def _way_past_children(self, view: View, here: Vector, goal: Vector, cell: Cell) -> list[Vector] | None:
         """Return a path round near children and, if possible, things on the floor; None if children bar it.

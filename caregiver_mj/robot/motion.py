@@ -255,11 +255,6 @@ class RobotMotion(BaseMotion):
         return self._gripper.target < self.robot.grasp.open
 
     @property
-    def has_given_way(self) -> bool:
-        """Whether a push holds the arm off its reference."""
-        return self.giving_way.is_off
-
-    @property
     def reached(self) -> float:
         """Present place `s` of the hand on its path, see `reach`."""
         return self._reach.at(self.now)[0]
@@ -323,7 +318,7 @@ class RobotMotion(BaseMotion):
         if posture != self._posture:
             self._posture = posture
             action[layout.arm] = self.reach_path.joints(posture[1])
-        if arm is not None and (self.giving_way.yields or self.has_given_way):
+        if arm is not None and (self.giving_way.yields or self.giving_way.is_off):
             wanted = self.reach_path.joints(posture[1])
             rested, here = self.now - self._reach.arrival, wanted
             if rested < 0.0:  # a creeping arm yields, too: else it would spring back at a child that steps off

@@ -130,7 +130,7 @@ def test_a_pushed_arm_is_told_to_stay_where_it_is(robot):
     told = robot.action(HERE, pushed)[ARM]
     np.testing.assert_allclose(told[:4], pushed[:4])
     assert told[5] == wanted[5]  # so little is how its servos sag
-    assert robot.has_given_way
+    assert robot.giving_way.is_off
 
 
 def test_an_arm_that_creeps_goes_on_from_where_it_is_pushed_to(robot):
@@ -186,7 +186,7 @@ def test_it_comes_back_slowly_and_without_a_jolt(robot):
     assert np.abs(rates).max() == pytest.approx(0.15)
     assert np.abs(np.diff(rates, axis=0)).max() / 0.02 < 2.0  # rad/s^2, beside the 7 that its paths take of 10
     np.testing.assert_allclose(told[-1], wanted)
-    assert not robot.has_given_way
+    assert not robot.giving_way.is_off
 
 
 def test_an_arm_that_moves_goes_on():

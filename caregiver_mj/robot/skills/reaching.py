@@ -54,7 +54,7 @@ class Reaching(Skill):
             robot.reach(pose, creeps=True)
         else:
             robot.stop_reaching()
-        waits = robot.has_given_way and view.now < robot.reach_arrival + TIME_OUT
+        waits = robot.giving_way.is_off and view.now < robot.reach_arrival + TIME_OUT
         return robot.reached == pose and not waits
 
     def _child_within(self, view: View, distance: float, seconds: float) -> bool:
