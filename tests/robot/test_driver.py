@@ -72,9 +72,10 @@ def test_the_governor_slows_the_base_down_though_its_skill_wants_full_speed():
     drive = Drive(OPEN, (3, 1), (3, 6))
     drive.run(0.9)
     robot, before = drive.robot, drive.robot.rate
-    seen = view(child(drive.base[0] + TOUCHING + 0.3, drive.base[1]), base=drive.base, now=robot.now)
+    ahead = child(drive.base[0] + TOUCHING + 0.3, drive.base[1])
     for _ in range(5):
-        follow(seen, robot)
+        follow(view(ahead, base=drive.base, now=robot.now), robot)
+    assert robot.is_driving
     assert robot.rate < 0.95 * before
 
 
