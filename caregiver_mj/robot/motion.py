@@ -52,7 +52,6 @@ class RobotMotion(BaseMotion):
 
     Attributes:
         robot: The robot.
-        now: Present time.
         catch_up: Greatest speed, m/s, of the base's return to a reference that it was pushed off: a child may be in
             between. It bounds the turn of the base's edge, too.
         reach_path: Path of the hand.
@@ -87,11 +86,7 @@ class RobotMotion(BaseMotion):
         self._timestep, self._lead = control_timestep, (1.0 + _SMOOTHING) * control_timestep
 
     def reset(self, base: Sequence[float]) -> None:
-        """Begin an episode at rest, with the arm tucked and the gripper open.
-
-        Args:
-            base: Pose (x, y, yaw) of the base, m and rad.
-        """
+        """Begin an episode at rest at a pose (x, y, yaw), m and rad, with the arm tucked and the gripper open."""
         limits = self.robot.limits
         self.now = 0.0
         self.catch_up, self.drives = _CATCH_UP_SPEED, 0.0
@@ -127,8 +122,7 @@ class RobotMotion(BaseMotion):
     def turn_gently(self, rate: float = math.inf) -> None:
         """Limit turns from the next goal until the gripper opens: a candle slips in the hand.
 
-        Args:
-            rate: Greatest rate, rad/s, for something that slips sooner; until then it only falls.
+        For something that slips sooner there is a greatest rate, rad/s; until then it only falls.
         """
         gentle = self.robot.limits.yaw_gentle
         limits = dataclasses.replace(gentle, velocity=min(rate, gentle.velocity, self._turning.velocity))
