@@ -13,6 +13,7 @@ from views import ROBOT, TIMESTEP, at_rest, child, view
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import separation
 from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.scalar_motion import ScalarMotion
 from caregiver_mj.robot.separation import allowed_rate
 
@@ -150,6 +151,7 @@ def test_where_nobody_is_near_nothing_is_bounded(name, places, way):
     robot = find_embodiment(name)
     family = [child(d * math.cos(a), d * math.sin(a), -math.cos(a), -math.sin(a)) for d, a in places]  # they run to it
     seen = view(*family)
+    seen.arm = arm_of(robot).tucked
     assume(separation.is_alone(seen, robot))
     assert allowed_rate(seen, robot, way, present=way) == 1.0
     assert separation.allowed_turning(seen, robot, way, (robot.limits.yaw.velocity, 0.0)) == math.inf
