@@ -1,4 +1,4 @@
-"""Floor plans on which the robot's room, routes and paths are tested."""
+"""Floor plans on which the robot's room, routes and paths are tested, and ways of its arm."""
 
 import itertools
 import math
@@ -10,6 +10,8 @@ from random_plans import plan_texts
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.robot.kinematics import Arm
+from caregiver_mj.robot.reach import ReachPath, retrieval_paths
 
 #: Four rooms round a cross of walls, with a doorway each; the two stairwells lie beside the shortest ways.
 HOUSE = FloorPlan.parse(
@@ -42,3 +44,8 @@ def distances_to_obstacles(plan: FloorPlan, points: np.ndarray) -> np.ndarray:
     rectangles = layout.Layout(plan).obstacles
     outside = np.abs(points[:, None] - rectangles[:, :2]) - rectangles[:, 2:]
     return np.hypot(*np.moveaxis(outside.clip(min=0), -1, 0)).min(axis=1)
+
+
+def first_way(arm: Arm, point: np.ndarray, rotation: np.ndarray, lift: float = 0.0) -> ReachPath | None:
+    """The arm's first way to a point by any of the guesses; None if there is none."""
+    return next(filter(None, retrieval_paths(arm, point, rotation, lift)), None)

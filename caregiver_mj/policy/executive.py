@@ -123,13 +123,14 @@ class Executive:
         self._was_done = False
 
     def _note(self, status: Status, view: View) -> None:
-        if self.routine is None or not status.ended:
+        """Record the end of the present intervention, or its completion if it goes on."""
+        if self.routine is None or not status.ended or (self._was_done and status is Status.DONE):
             return
         intervention = self.routine.intervention
         if status is Status.DONE:
             self._means.cooldowns.succeed(intervention.hazard)
             verb = verb_of(intervention.verb)
-            self.done += not self._was_done and verb.counts
+            self.done += verb.counts
             self._was_done = True
             if verb.leaves:
                 self.left[intervention.hazard] = verb.leaves

@@ -21,7 +21,7 @@ from caregiver_mj.robot.kinematics import hand_offset
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.scalar_motion import PathError
-from caregiver_mj.robot.separation import BESIDE, child_cells, comes, gap, is_in_the_way, near_children
+from caregiver_mj.robot.separation import BESIDE, REACTION, child_cells, comes, gap, is_in_the_way, near_children
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
 
@@ -30,15 +30,13 @@ ARRIVED_YAW = 0.012  # rad; the same of its heading
 _CREEPING_RATE = 0.3  # share of the planned speed below which a base beside a child looks for a way off it
 _SAME = 0.05  # m; distance between points below which two paths are the same
 _SWITCHING_RATE = 0.6  # share of the planned speed below which the base stops before it takes another path
-# s; time between plans: with a path, without one for children, and while stopping
-_REPLAN_INTERVAL, _BARRED_INTERVAL, _STOPPING_INTERVAL = 1.0, 0.3, 0.04
-_LOOK_AHEAD = 1.5  # s; part of the path checked for children in the way
-_LAST_OF_WAY = 5.0  # s; grace of the watchdog for a base on its way to the goal
+_REPLAN_INTERVAL, _BARRED_INTERVAL = 1.0, 0.3  # s; time between plans: with a path, and without one for children
+LOOK_AHEAD = 1.5  # s; part of the path checked for children in the way, and for walls beside the hand
 _NEAR = 0.25  # m; distance that the base may drive without looking ahead
 _WATCHES = 2.0  # m; range within which it looks at a child and not ahead
 _FACES_LOADED = 0.7  # rad; the next with a candle in the hand: within the camera's picture
 _FACES, _IN_TIME = 0.3, 1.8  # rad; accepted deviation of a heading. s; time before arrival to begin the final turn
-_PATIENCE = 1.7  # s; time to keep out of a coming child's way: one novice timestep
+PATIENCE = 1.7  # s; time to keep out of a coming child's way: one novice timestep
 # m; distance of a child that stays with the base in its refuge for two of these, after which it tries another: a child
 # that follows it bars its way from there for ever, and opens it as it follows on.
 _STAYS = 0.5
@@ -46,6 +44,7 @@ _TURNS = 12  # steps of progress in half a turn
 # s without progress until the watchdog ends: six moves of a toddler. A passing child is gone sooner, and no detour in a
 # house takes as long.
 TIME_OUT = 10.0
+_LAST_OF_WAY = TIME_OUT / 2  # s; its grace for a base on its way to the goal
 
 
 class Driver:
@@ -102,13 +101,13 @@ class Driver:
             self._plan(view, robot, goal, cell)
         keeps = robot.yaw if yaw is None else yaw
         heading = keeps if view.gaze is None else self._heading(view, robot, goal, yaw)
-        may_turn = self.turn(view, robot, heading)
+        moves, is_turned = robot.moving, heading == robot.yaw and robot.turning == (0.0, 0.0)
+        may_turn = not is_turned and self.turn(view, robot, heading)
         # Set off late if the turn takes longer than the drive, and never in a direction out of view.
         is_blind = view.gaze is not None and (self.is_loaded or not (view.children or view.hidden))
         is_blind = is_blind and abs(math.remainder(heading - view.base[2], math.tau)) > CAMERA_WIDTH / 2
-        waits = may_turn and not robot.moving and (is_blind or robot.time_left < robot.turn_left(heading))
+        waits = may_turn and not moves and (is_blind or robot.time_left < robot.turn_left(heading))
         robot.drives = 0.0 if self._stops or waits else 1.0
-        moves = robot.moving
         if not moves and math.dist(goal, view.base[:2]) < ARRIVED:
             looks_round = yaw is None and view.gaze is not None
             turn = 0.0 if looks_round else abs(math.remainder(keeps - view.base[2], math.tau))
@@ -118,10 +117,8 @@ class Driver:
             self.patience.note(0.0 if is_there else 0.5 * math.ceil(_TURNS * turn / math.pi) / _TURNS, view.now)
             if is_there:
                 return Status.FAILED if self.patience.is_over(view.now) else Status.DONE
-        if not self.patience.is_over(view.now):
-            return Status.RUNNING
-        on_its_way = moves and self._leads_to(goal)
-        return Status.FAILED if self.patience.is_over(view.now, _LAST_OF_WAY * on_its_way) else Status.RUNNING
+        grace = _LAST_OF_WAY if moves and self._leads_to(goal) else 0.0
+        return Status.FAILED if self.patience.is_over(view.now, grace) else Status.RUNNING
 
     def turn(self, view: View, robot: RobotMotion, yaw: float) -> bool:
         """Turn to a heading, rad, if the base may turn and the hand is in; return whether the base may turn."""
@@ -141,7 +138,7 @@ class Driver:
         Near the end it is `yaw`. Before, the base looks at a near child or its possible place, else ahead; at the goal,
         along its gaze. With a candle, which slips at every turn, it only keeps its direction of motion in view.
         """
-        here, ahead = robot.base_reference()[0], robot.points_ahead(_LOOK_AHEAD)[-1]
+        here, ahead = robot.base_reference()[0], robot.points_ahead(LOOK_AHEAD)[-1]
         is_there = math.dist(here, goal) < _NEAR
         if yaw is not None and (is_there or 0.0 < robot.time_left < _IN_TIME):
             return yaw
@@ -193,7 +190,7 @@ class Driver:
         plan, rests = self._navigator.plan, self._refuges
         if not robot.moving and gap(view, self._embodiment) < _STAYS:
             rests.setdefault(start, view.now)
-        in_vain = [cell for cell, since in rests.items() if view.now > since + 2 * _PATIENCE]
+        in_vain = [cell for cell, since in rests.items() if view.now > since + 2 * PATIENCE]
         children = [plan.cell_at(child.position) for child in view.children]
         refuge = self._navigator.refuge(start, children, child_cells(view.children, plan), in_vain)
         if refuge in in_vain:  # all have been tried
@@ -217,11 +214,13 @@ class Driver:
         self.goal, self.cell = goal, cell
         if self.is_loaded:
             self._hand = hand_offset(view, self._embodiment)
-        self._note_progress(view, cell)
+        # Progress is the length of the shortest route, ignoring children.
+        route = self._navigator.route(self._navigator.nearest_cell(view.base[:2]), cell)
+        self.patience.note(sys.maxsize if route is None else len(route), view.now)
         litter = _littered_cells(view, self._navigator.plan) - {cell}
         under_way = self._leads_to(goal) and litter == self._litter
         self._litter = litter
-        ahead = robot.points_ahead(_LOOK_AHEAD)
+        ahead = robot.points_ahead(LOOK_AHEAD)
         if under_way and robot.time_left > 0.0 and not is_in_the_way(view, self._embodiment, ahead):
             self._is_barred = False
             self._leave(view, robot, goal, cell)
@@ -238,7 +237,7 @@ class Driver:
             self._stops, self._path_goal = True, None  # stop until they leave a way
         else:
             if comes(view, self._embodiment):
-                self.aside_until = view.now + _PATIENCE
+                self.aside_until = view.now + PATIENCE
             wait = None if self.stands_aside(view.now) else self._waiting_cell(view, here, cell)
             if wait is None:
                 aside, points = self._step_aside(view, robot, here)
@@ -256,15 +255,10 @@ class Driver:
         if robot.rate < _CREEPING_RATE and gap(view, self._embodiment) < BESIDE:
             self._replan_at = view.now + _BARRED_INTERVAL
             here, children = robot.base_reference()[0], [child.position for child in view.children]
-            if self._navigator.brushes([here, robot.points_ahead(_LOOK_AHEAD)[-1]], children):
+            if self._navigator.brushes([here, robot.points_ahead(LOOK_AHEAD)[-1]], children):
                 points = self._way_past_children(view, here, goal, cell)
                 if points and not self._navigator.brushes(points, children):
                     self._take(points, goal, view, robot)
-
-    def _note_progress(self, view: View, cell: Cell) -> None:
-        """Note the length of the shortest route to the cell, ignoring children."""
-        route = self._navigator.route(self._navigator.nearest_cell(view.base[:2]), cell)
-        self.patience.note(sys.maxsize if route is None else len(route), view.now)
 
     def _way_past_children(self, view: View, here: Vector, goal: Vector, cell: Cell) -> list[Vector] | None:
         """Return a path round near children and, if possible, things on the floor; None if children bar it.
@@ -297,7 +291,7 @@ class Driver:
             except PathError:
                 self._stops = True
         if self._stops:
-            self._path_goal, self._replan_at = None, view.now + _STOPPING_INTERVAL
+            self._path_goal, self._replan_at = None, view.now + REACTION  # as soon as a command has shown
         else:
             self._path_goal, self._way = goal, points[1:]
 

@@ -75,8 +75,7 @@ class Wheels:
         for heading, (x, y) in zip(headings, self.places, strict=True):
             along, across = ahead - turn * y, aside + turn * x
             moves = math.hypot(along, across) > _ROLLS
-            off = math.remainder(math.atan2(across, along) - heading, math.pi) if moves else 0.0
-            rates.append(_STEERS * off)
+            rates.append(_STEERS * math.remainder(math.atan2(across, along) - heading, math.pi) if moves else 0.0)
         return rates
 
 

@@ -11,12 +11,11 @@ from caregiver_mj.robot.limits import Limits
 from caregiver_mj.robot.scalar_motion import NOTHING, highest
 
 GENTLY = 0.5  # share of the jerk with which a velocity approaches the wanted one; beyond, it may overshoot
-_HALVINGS = 20  # steps of the search for the part of a change of acceleration that fits
 _PUSHED = 0.002  # rad; deviation from its reference beyond which a joint has been pushed
 _SETTLING = 0.1  # s; time in which an arm comes to rest, after which a deviation is due to a push
-# Return after a push, exponential at its end: greatest rate, rad/s; its increase, rad/s^2; deviation that counts as
+# Return after a push, exponential at its end: greatest rate, rad/s, built up in `_SETTLING`; deviation that counts as
 # none, rad.
-_COMING_BACK, _EASING, _GONE = 0.15, 1.5, 1e-4
+_COMING_BACK, _GONE = 0.15, 1e-4
 
 
 class FollowedVelocity:
@@ -47,16 +46,11 @@ class FollowedVelocity:
         if not goes_on:
             self._wanted = wanted
         before, bounded = self.commanded, self._towards(wanted)
-        speed, most = math.hypot(*wanted), math.hypot(*bounded)
-        if not at_once:
-            self.commanded = bounded
-        else:
-            self.commanded = (wanted[0] * most / speed, wanted[1] * most / speed) if speed > most else wanted
+        self.commanded = shortened(math.hypot(*bounded), *wanted) if at_once else bounded
         changed = (self.commanded[0] - before[0]) / self._timestep, (self.commanded[1] - before[1]) / self._timestep
-        # A change at once does not go on.
-        is_bounded = self.commanded != wanted and math.hypot(*changed) < self.limits.acceleration + NOTHING
-        self.acceleration = changed if is_bounded or not at_once else (0.0, 0.0)
-        self._wanted = wanted
+        if at_once and (self.commanded == wanted or math.hypot(*changed) >= self.limits.acceleration + NOTHING):
+            changed = (0.0, 0.0)  # it does not go on
+        self.acceleration, self._wanted = changed, wanted
         return self.commanded
 
     def _towards(self, wanted: Vector) -> Vector:
@@ -76,11 +70,11 @@ class FollowedVelocity:
         off = math.hypot(off_x, off_y)
         nearer = min(1.0 / step, math.sqrt(2 * GENTLY * limits.jerk / off)) if off else 0.0
         x, y = with_x + nearer * off_x, with_y + nearer * off_y
-        x, y = _within(limits.acceleration, x, y)
-        x, y = _within(most, x - before_x, y - before_y)
-        x, y = self._fitting(*_within(limits.acceleration, before_x + x, before_y + y))
+        x, y = shortened(limits.acceleration, x, y)
+        x, y = shortened(most, x - before_x, y - before_y)
+        x, y = self._fitting(*shortened(limits.acceleration, before_x + x, before_y + y))
         # This cuts only after a change at once, which may have left no room to end within the jerk.
-        return _within(limits.velocity + NOTHING, self.commanded[0] + step * x, self.commanded[1] + step * y)
+        return shortened(limits.velocity + NOTHING, self.commanded[0] + step * x, self.commanded[1] + step * y)
 
     def _fits(self, x: float, y: float) -> bool:
         """Return whether an acceleration can end within the jerk before the top speed; a cut there would jerk more."""
@@ -95,15 +89,15 @@ class FollowedVelocity:
         if self._fits(x, y):
             return x, y
         (before_x, before_y), change = self.acceleration, self.limits.jerk * self._timestep
-        less_x, less_y = _within(max(0.0, math.hypot(before_x, before_y) - change), before_x, before_y)
+        less_x, less_y = shortened(max(0.0, math.hypot(before_x, before_y) - change), before_x, before_y)
 
         def way(share: float) -> Vector:
             return less_x + share * (x - less_x), less_y + share * (y - less_y)
 
-        return way(highest(lambda share: self._fits(*way(share)), 0.0, 1.0, _HALVINGS))
+        return way(highest(lambda share: self._fits(*way(share)), 0.0, 1.0))
 
 
-def _within(most: float, x: float, y: float) -> Vector:
+def shortened(most: float, x: float, y: float) -> Vector:
     """Return a vector, shortened to a greatest length."""
     length = math.hypot(x, y)
     return (x * most / length, y * most / length) if length > most else (x, y)
@@ -136,7 +130,7 @@ class GivingWay:
             seconds: Time since the last update, s.
         """
         if not self.yields:
-            self._rate = min(_COMING_BACK, self._rate + _EASING * seconds)
+            self._rate = min(_COMING_BACK, self._rate + _COMING_BACK * seconds / _SETTLING)
             self.offset -= seconds * np.clip(self.offset / _SETTLING, -self._rate, self._rate)
             self.offset[np.abs(self.offset) < _GONE] = 0.0
         else:

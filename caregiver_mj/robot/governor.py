@@ -19,16 +19,17 @@ from caregiver_mj.robot.view import View
 
 def bound_base(view: View, robot: RobotMotion) -> None:
     """Bound the base's rate of turns, and its rate on the path that the skill wants to drive."""
-    rate = math.inf
+    turning, rate = math.inf, 1.0
     if not separation.is_alone(view, robot.robot):
-        rate = separation.allowed_turning(view, robot.robot, robot.base_reference()[1], robot.turning)
-    robot.bound_turning(rate)
-    robot.set_rate(min(robot.drives, path_rate(view, robot)))
+        turning = separation.allowed_turning(view, robot.robot, robot.base_reference()[1], robot.turning)
+        rate = path_rate(view, robot)
+    robot.bound_turning(turning)
+    robot.set_rate(min(robot.drives, rate))
 
 
 def path_rate(view: View, robot: RobotMotion) -> float:
     """Return the greatest share of the planned velocity at which the base may follow its path."""
-    if not robot.is_driving or separation.is_alone(view, robot.robot):
+    if not robot.is_driving:
         return 1.0
     return separation.allowed_rate(view, robot.robot, *robot.planned(), robot.base_reference()[1], robot.limits)
 
@@ -55,7 +56,7 @@ def govern(view: View, robot: RobotMotion, clearance: Clearance, control_timeste
     robot.catch_up = separation.catch_up_speed(near)
     if view.unseen:
         unseen = separation.gap(view, robot.robot, view.unseen)
-        robot.catch_up = min(robot.catch_up, separation.catch_up_speed(unseen, separation.GENTLE_UNSEEN))
+        robot.catch_up = min(robot.catch_up, separation.catch_up_speed(unseen, separation.ADDED))
     restrain = None
     if not separation.is_alone(view, robot.robot, separation.GENTLE_GAP + view.unsure):
         restrain = functools.partial(separation.restrain, view, robot.robot, clearance, control_timestep, robot.closes)

@@ -12,26 +12,24 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.plans.layout import TABLE_HEIGHT
 from caregiver_mj.robot.base_motion import NO_SPEED, BaseMotion
 from caregiver_mj.robot.embodiment import Embodiment
-from caregiver_mj.robot.feedback import FollowedVelocity, GivingWay
+from caregiver_mj.robot.feedback import FollowedVelocity, GivingWay, shortened
 from caregiver_mj.robot.geometry import Vector
 from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.limits import CREEP, Limits
 from caregiver_mj.robot.reach import ReachPath, reach_path
 from caregiver_mj.robot.scalar_motion import ScalarMotion
 
-_LEAST_TURN = 0.03  # rad/s; least bound of the base's turns
 _GENTLE_TURN = 0.02  # rad/s; greatest feedback of the heading with a child at the arm
 _CATCH_UP_SPEED = 0.3  # m/s; greatest feedback of the base, which an obstacle may release suddenly
 _RELEASE = 0.4  # m/s^2; increase of that bound after a child has lowered it
-# The same of the heading, which a push at the arm turns: rad/s, rad/s^2. Share of `catch_up` for the turn of the base's
-# surface: with a creep along a child, the sum stays below a strike.
-_CATCH_UP_TURN, _RELEASE_TURN, _TURN_SHARE = 0.5, 1.0, 1 / 3
+# Share of that bound for the turn of the base's surface: with a creep along a child, the sum stays below a strike.
+_TURN_SHARE = 1 / 3
 _MOST_LATE = 0.5  # greatest gain times delay of feedback; above, it oscillates (without end from pi / 2)
 _JOLTS = 4.0  # m/s^3; one sigma of the jerk by which feedback answers position noise
 _HELD_UP = 0.15  # m; deviation from the reference beyond which something holds the base up
-_HELD_UP_SHARE = 0.5  # share of the commanded speed below which something is in the base's way
 _LED_OFF = 0.05  # m; the same deviation of a base commanded off its path, which has room only so near to it
 
 # Delay of the actuators beyond the control timestep, as a share of it: smoothing commands over its four physics steps
@@ -42,8 +40,6 @@ _SMOOTHING = 3 / 8
 # this share of its speed, over the root of two sigmas, m^0.5, it keeps its limits nevertheless.
 _LANDS = 0.023
 _GRIPS = 0.5  # share of the fingers' speed with such an error: one may meet the candle before the other
-
-_ANY_HEIGHT = 7000  # 0.1 mm; height until `plan_reach` sets it: all reaches begin with the tucked arm
 
 #: Takes the wanted and the last commanded velocity of the base, m/s; returns the allowed one, and whether to brake to
 #: it at once.
@@ -57,7 +53,6 @@ class RobotMotion(BaseMotion):
 
     Attributes:
         robot: The robot.
-        now: Present time.
         catch_up: Greatest speed, m/s, of the base's return to a reference that it was pushed off: a child may be in
             between. It bounds the turn of the base's edge, too.
         reach_path: Path of the hand.
@@ -92,17 +87,12 @@ class RobotMotion(BaseMotion):
         self._timestep, self._lead = control_timestep, (1.0 + _SMOOTHING) * control_timestep
 
     def reset(self, base: Sequence[float]) -> None:
-        """Begin an episode at rest, with the arm tucked and the gripper open.
-
-        Args:
-            base: Pose (x, y, yaw) of the base, m and rad.
-        """
+        """Begin an episode at rest at a pose (x, y, yaw), m and rad, with the arm tucked and the gripper open."""
         limits = self.robot.limits
         self.now = 0.0
         self.catch_up, self.drives = _CATCH_UP_SPEED, 0.0
         self.giving_way = GivingWay(len(arm_of(self.robot).tucked))
-        self._feedback, self._turn_feedback = _CATCH_UP_SPEED, _CATCH_UP_TURN
-        self._seen_at = float(base[0]), float(base[1])
+        self._feedback = _CATCH_UP_SPEED
         self.led_off, self.stops, self._comes_to_rest = 0, False, False
         self._is_free = True  # whether the command follows the references, unbounded
         self.limits = limits
@@ -111,7 +101,7 @@ class RobotMotion(BaseMotion):
         self._hold((float(base[0]), float(base[1])))
         self._turning, self._turn_bound = limits.yaw, math.inf  # rad/s; lower near children
         self._yaw = ScalarMotion(limits.yaw, float(base[2]), brakes=True)
-        self.reach_path = reach_path(arm_of(self.robot), _ANY_HEIGHT)
+        self.reach_path = reach_path(arm_of(self.robot), round(1e4 * TABLE_HEIGHT))  # until `plan_reach`
         self._reach = ScalarMotion(self.reach_path.limits(0, 0), 0.0)
         self._lands_at: float | None = None  # place on the path to approach slowly, once the hand has stopped
         self._crept = math.inf  # time at which it began to creep
@@ -133,8 +123,7 @@ class RobotMotion(BaseMotion):
     def turn_gently(self, rate: float = math.inf) -> None:
         """Limit turns from the next goal until the gripper opens: a candle slips in the hand.
 
-        Args:
-            rate: Greatest rate, rad/s, for something that slips sooner; until then it only falls.
+        For something that slips sooner there is a greatest rate, rad/s; until then it only falls.
         """
         gentle = self.robot.limits.yaw_gentle
         limits = dataclasses.replace(gentle, velocity=min(rate, gentle.velocity, self._turning.velocity))
@@ -144,7 +133,7 @@ class RobotMotion(BaseMotion):
     def bound_turning(self, rate: float) -> None:
         """Limit the present rate of turns near a child, rad/s."""
         full, present = self._turning.velocity, self._yaw.limits.velocity
-        rate = min(full, max(rate, _LEAST_TURN))
+        rate = min(full, rate)
         if rate == present:  # the usual case
             return
         # Solve only for worthwhile changes. A turn that slows down continues to until there is room again.
@@ -154,7 +143,7 @@ class RobotMotion(BaseMotion):
         # While a turn above its bound accelerates, keep the bound: beside a child it would alternate at every timestep.
         may_speed_up = rate > most and (turns <= present or speed * acceleration <= 0.0)
         if rate < 0.9 * present or (may_speed_up and (rate == full or rate > 1.3 * most)):
-            within = turns if turns <= rate else _LEAST_TURN  # just below its speed, the solver would nearly stop
+            within = turns if turns <= rate else 0.0  # just below its speed, the solver would nearly stop
             self._turn_bound = math.inf if rate == full else max(0.9 * rate, within)
             self._turn_within(self._turning)
             self._yaw.set_limits(self._yaw.limits, self.now)
@@ -188,7 +177,7 @@ class RobotMotion(BaseMotion):
         """
         self._lands_at = None
         self._crept = min(self._crept, self.now) if creeps else math.inf
-        if self._reach.rests_at(s) and speed == math.inf and not (creeps or self.may_be_off):
+        if self._reach.rests_at(s, self.now) and speed == math.inf and not (creeps or self.may_be_off):
             return  # the usual case
         first, last = self.reach_path.span(self.reached, s)
         if last - first > 1:
@@ -255,11 +244,6 @@ class RobotMotion(BaseMotion):
         return self._gripper.target < self.robot.grasp.open
 
     @property
-    def has_given_way(self) -> bool:
-        """Whether a push holds the arm off its reference."""
-        return self.giving_way.is_off
-
-    @property
     def reached(self) -> float:
         """Present place `s` of the hand on its path, see `reach`."""
         return self._reach.at(self.now)[0]
@@ -323,7 +307,7 @@ class RobotMotion(BaseMotion):
         if posture != self._posture:
             self._posture = posture
             action[layout.arm] = self.reach_path.joints(posture[1])
-        if arm is not None and (self.giving_way.yields or self.has_given_way):
+        if arm is not None and (self.giving_way.yields or self.giving_way.is_off):
             wanted = self.reach_path.joints(posture[1])
             rested, here = self.now - self._reach.arrival, wanted
             if rested < 0.0:  # a creeping arm yields, too: else it would spring back at a child that steps off
@@ -333,53 +317,36 @@ class RobotMotion(BaseMotion):
         action[layout.gripper] = self._gripper.at(end)[0]
         return action.copy()
 
-    def _let_go_at(self, position: Vector, moved: float) -> None:
-        """Give up the path of a base that has left it, or is held up on it, and `moved` at a speed, m/s.
-
-        The base comes to rest from the commanded motion, or from standstill if it is held up.
-        """
-        (vx, vy), (ax, ay) = self._velocity.commanded, self._velocity.acceleration
-        if moved < _HELD_UP_SHARE * math.hypot(vx, vy):
-            vx = vy = ax = ay = 0.0
-        lag = self.robot.servos.base_lag  # s; commands are early by it
-        self.let_go(position, (vx - lag * ax, vy - lag * ay), (ax, ay))
-
     def _base_action(self, base: Sequence[float], restrain: Restrain | None) -> tuple[float, float, float]:
         """Return the base's velocities: the references' with the servos' lag fed forward, and the feedback."""
         servos, now = self.robot.servos, self.now
         (x, y), _, _ = self._base_at(now)
-        moved, self._seen_at = math.dist(base[:2], self._seen_at) / self._timestep, (float(base[0]), float(base[1]))
+        here = float(base[0]), float(base[1])
         is_led_off = self.is_driving and not self._is_free
         came_to_rest, self._comes_to_rest = self._comes_to_rest, self.stops and self.is_driving
         if self._comes_to_rest or (came_to_rest and self.stops):  # in any place: beside a child nothing leads back
-            x, y = self._seen_at
+            x, y = here
             if not self._comes_to_rest:
-                self._hold((x, y))
-        elif math.dist((x, y), base[:2]) > (_LED_OFF if is_led_off else _HELD_UP):  # it must plan anew from there
-            x, y = self._seen_at
-            self._let_go_at((x, y), moved)
+                self._hold(here)
+        elif math.dist((x, y), here) > (_LED_OFF if is_led_off else _HELD_UP):  # it must plan anew from there
+            x, y = here
+            (vx, vy), (ax, ay) = self._velocity.commanded, self._velocity.acceleration
+            lag = servos.base_lag  # s; commands are early by it
+            self.let_go(here, (vx - lag * ax, vy - lag * ay), (ax, ay))
         end = now + self._lead
         # Feed the base's lag forward as time: as acceleration, commands would jump with it.
         _, (vx, vy), _ = self._base_at(end + servos.base_lag)
         yaw = self._yaw.at(now)[0]
         _, yaw_rate, yaw_acceleration = self._yaw.at(end)
-        back_x, back_y = self._position_gain * (x - base[0]), self._position_gain * (y - base[1])
         self._feedback = min(self.catch_up, _CATCH_UP_SPEED, self._feedback + _RELEASE * self._timestep)
-        most = self._feedback
-        if (push := math.hypot(back_x, back_y)) > most:
-            back_x, back_y = back_x * most / push, back_y * most / push
-        vx, vy = vx + back_x, vy + back_y
-        top = self.limits.as_commanded.velocity
-        if (speed := math.hypot(vx, vy)) > top:  # held up, it must not catch up at any speed
-            vx, vy = vx * top / speed, vy * top / speed
-        wanted = vx, vy
+        gain = self._position_gain
+        back_x, back_y = shortened(self._feedback, gain * (x - here[0]), gain * (y - here[1]))
+        wanted = shortened(self.limits.as_commanded.velocity, vx + back_x, vy + back_y)
         left, at_once = restrain(wanted, self._velocity.commanded) if restrain else (wanted, False)
         vx, vy = self._velocity.follow(left, at_once, goes_on=math.dist(left, wanted) < NO_SPEED)
         self._is_free = math.dist((vx, vy), wanted) < NO_SPEED
         # A push at the arm turns the base as well.
-        released = min(_CATCH_UP_TURN, self._turn_feedback + _RELEASE_TURN * self._timestep)
-        released = min(released, _TURN_SHARE * self.catch_up / self.robot.footprint)
-        self._turn_feedback = most = _GENTLE_TURN if self.giving_way.yields else released
+        most = _GENTLE_TURN if self.giving_way.yields else _TURN_SHARE * self._feedback / self.robot.footprint
         back_yaw = min(most, max(-most, self._yaw_gain * (yaw - base[2])))
         # The reference is sampled beyond the next timestep, at which its bound may change: alone, it may jolt the base.
         turn, _ = self._turn_rate.follow((yaw_rate + servos.yaw_lag * yaw_acceleration + back_yaw, 0.0))

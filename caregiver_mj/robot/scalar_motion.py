@@ -80,9 +80,11 @@ class ScalarMotion:
             self.run_at(0.0, now)
             self.target = self._state_at(self._duration)[0]
 
-    def rests_at(self, position: float) -> bool:
-        """Return whether the quantity rests at a position."""
-        return self._rest == position
+    def rests_at(self, position: float, now: float) -> bool:
+        """Return whether the quantity rests at a position, also after the motion to it."""
+        if self._rest is not None:
+            return self._rest == position
+        return self._ends and self.target == position and now >= self.arrival
 
     def highest(self) -> float:
         """Return the highest position of the present motion, which may overshoot before it turns back."""

@@ -14,7 +14,7 @@ from collections.abc import Iterable
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import geometry
-from caregiver_mj.robot.base_motion import NO_SPEED, PLANNED_AHEAD
+from caregiver_mj.robot.base_motion import BUILDS_UP, NO_SPEED, PLANNED_AHEAD
 from caregiver_mj.robot.base_path import BRAKES_ALONG
 from caregiver_mj.robot.clearance import Clearance
 from caregiver_mj.robot.embodiment import Embodiment
@@ -22,39 +22,33 @@ from caregiver_mj.robot.feedback import GENTLY
 from caregiver_mj.robot.geometry import Pose, Vector
 from caregiver_mj.robot.kinematics import hand_offset, hand_position
 from caregiver_mj.robot.limits import CREEP, Limits, RobotLimits
+from caregiver_mj.robot.scalar_motion import NOTHING
 from caregiver_mj.robot.view import CHILD_RADIUS, ChildView, View
 
 # m, cosine between motion and child; a base nearer than this first leaves the child, in a direction below that cosine.
 BESIDE, LEAVING = 0.15, -0.8
-FORESIGHT = 2.2  # m; range within which paths avoid a child; a farther one will have moved on
-_REACTION = 0.04  # s; delay of control and servo before the base brakes
+FORESIGHT = 2.2  # m; range within which paths avoid a child, and it bounds the base; a farther one will have moved on
+REACTION = 0.04  # s; delay of control and servo before the base brakes
 _SEPARATION = 0.08  # m; distance that must remain when the base has stopped
-# m/s; speed of the base's surface as it turns to look for a child round a corner, to which it comes at a creep. Both
-# together stay below a strike.
-_LOOKING = 0.04
-_FAR = 2.0  # m; range beyond which a child does not slow the base down
 FREE = 1.5  # m; distance of the nearest child from which on feedback and arm are unbounded
 _PASSING, _PASSING_GAP = 0.35, 0.4  # share of a passing speed that is approach at contact; m, gap where none is
 # Speeds of the base's surface along a child that comes to touch it, below a strike.
 _SLIDE_SPEED, _SLIDE_TOUCHING = 0.02, 0.025  # m/s; before contact, and in contact
-_TURN_SPEED = 0.01  # m/s; the part of a turn
+ADDED = 0.01  # m/s; the part of a turn, or of feedback, beside these or a creep
 _SLIDE_TOWARDS = 0.2  # greatest cosine between motion and child with which the base slides past and does not push
-_BUILDS_UP = 0.2  # s; time until a change of rate has built up
 _SLIDE_RATES = (1.0, 0.8, 0.6, 0.45, 0.33, 0.25, 0.18, 0.12, 0.08, 0.05)  # candidates
 _COMING_SPEED = 0.1  # m/s; speed of a child above which it comes towards the robot
-_COMING_GAP, _TOUCHING_GAP = 0.9, 0.01  # m; gaps below which it counts, and below which it has arrived
+COMING_GAP, _TOUCHING_GAP = 0.9, 0.01  # m; gaps below which it counts, and below which it has arrived
 GENTLE_GAP = 0.10  # m; gap below which the base yields to a push
 # 1/s; increase with the gap of the speed of return to the reference, a creep within that gap: so fast the base can
 # brake before a child that comes.
 _RELEASED = 0.6
-GENTLE_UNSEEN = 0.01  # m/s; that creep near a possible unseen child: with `CREEP` round the corner below a strike
 _AT_HAND = 0.5  # m; distance of arm and child's centre below which the arm yields to a push
 _TUCKED = 0.05  # share of the reach below which the arm is tucked
-_WITHIN = 1e-6  # m; length of a vector of which only the direction is known
 _SOON = 0.8  # s; horizon within which a child keeps its velocity
 _HEAD_ON = 0.5  # cosine between motion and child above which `must_stop` considers the child
 _TOUCHED = 0.002  # m; gap of a child that touches the base, or will in the next control step
-_NO_NEARER = 0.05  # m; gap below which no motion leads towards a child, and a path past it counts as barred
+_NO_NEARER = GENTLE_GAP / 2  # m; gap below which no motion leads to a child, and a path past it counts as barred
 _BRAKES = 0.8  # share of the acceleration limit for braking in contact; before contact commands keep to the limit
 # m/s; decrease of the command, before contact, of a base with little room to leave. A greater one would use nearly all
 # of its acceleration, and leave none to react to a child that walks round it.
@@ -74,7 +68,7 @@ _MOVES_ON, _ASTRAY = 0.031, 0.034
 _RUNS_ON = tuple(0.04 * i for i in range(8))
 
 
-def is_alone(view: View, robot: Embodiment, apart: float = _SEPARATION + _FAR) -> bool:
+def is_alone(view: View, robot: Embodiment, apart: float = _SEPARATION + FORESIGHT) -> bool:
     """Return whether all children, also possible unseen ones, are over `apart` m away, by default beyond all bounds."""
     return _nearest(view) > robot.footprint + CHILD_RADIUS + apart
 
@@ -106,10 +100,13 @@ def is_child_at_hand(view: View, robot: Embodiment, reached: float) -> bool:
 
     `reached` is the extension as a share of the reach; tucked, the hand is above a child's head.
     """
-    if reached < _TUCKED or gap(view, robot) > FREE:
-        return False
+    return reached >= _TUCKED and is_child_at_arm(view, robot, _AT_HAND, 0.0)
+
+
+def is_child_at_arm(view: View, robot: Embodiment, near: float, within: float) -> bool:
+    """Return `is_child_at_line` for the line from the base's edge to the hand."""
     edge, hand = geometry.to_world(view.base, (robot.footprint, 0.0)), hand_position(view, robot)[:2].tolist()
-    return is_child_at_line(view, edge, hand, _AT_HAND, 0.0)
+    return is_child_at_line(view, edge, hand, near, within)
 
 
 def comes(view: View, robot: Embodiment) -> bool:
@@ -117,7 +114,7 @@ def comes(view: View, robot: Embodiment) -> bool:
     for child in view.children:
         room = gap_to(view.base, robot, child)
         comes_at = -_along(child.velocity, _offset(view.base, child))
-        if room < _TOUCHING_GAP or (room < _COMING_GAP and comes_at > _COMING_SPEED):
+        if room < _TOUCHING_GAP or (room < COMING_GAP and comes_at > _COMING_SPEED):
             return True
     return False
 
@@ -180,13 +177,8 @@ def allowed_rate(
     A base that leaves or slides past a child may go as fast as its surface can slow down to a creep before contact.
     Otherwise the two could block each other, each waiting for the other's place.
 
-    Args:
-        view: The robot's view.
-        robot: The robot.
-        velocity: Planned velocity, m/s.
-        acceleration: Planned acceleration, m/s^2, which reduces the braking that is left (`RobotLimits.braking`).
-        present: Present velocity, m/s, at which the base may already leave a child.
-        limits: Limits in force; the robot's by default.
+    Velocity, m/s, and acceleration, m/s^2, which reduces the braking that is left (`RobotLimits.braking`), are the
+    planned ones. At its `present` velocity the base may already leave a child. Limits are the robot's by default.
     """
     if velocity[0] == 0.0 and velocity[1] == 0.0:
         return 1.0
@@ -212,7 +204,7 @@ def _allowed_rate(
     """Return `allowed_rate` for one child and a velocity other than zero."""
     base = view.base
     room = _gap_however_turned(base, robot, child) - _SEPARATION
-    if room > _FAR:
+    if room > FORESIGHT:
         return 1.0
     gap = gap_to(base, robot, child)
     (vx, vy), speed = velocity, math.hypot(*velocity)
@@ -220,7 +212,7 @@ def _allowed_rate(
     away = math.hypot(dx, dy)
     towards, across = _along(velocity, way), (vx * dy - vy * dx) / away
     # While a change of rate builds up, the path speeds up, or turns.
-    soon = max(abs(across), abs(across + _BUILDS_UP * (acceleration[0] * dy - acceleration[1] * dx) / away))
+    soon = max(abs(across), abs(across + BUILDS_UP * (acceleration[0] * dy - acceleration[1] * dx) / away))
     slides = slide_speed(gap)
     creep = slides / max(abs(across), slides)
     leaves, comes_at = max(0.0, -_along(present, way)), _walking_speed(view, child)
@@ -233,7 +225,7 @@ def _allowed_rate(
     # approach * r * (stopping / 2 + reaction) + child * (stopping + reaction) = room, solved for r
     deceleration, build_up = limits.braking(velocity, acceleration)
     stopping = speed / deceleration
-    delay = _REACTION + build_up + view.age
+    delay = REACTION + build_up + view.age
     a = approach * stopping / 2
     b = approach * delay + comes_at * stopping
     c = comes_at * delay - room
@@ -257,7 +249,7 @@ def must_stop(
     bounds = (limits or robot.limits).as_commanded
     braking, jerk = BRAKES_ALONG * bounds.acceleration, BRAKES_ALONG * bounds.jerk
     ahead = (velocity[0] * acceleration[0] + velocity[1] * acceleration[1]) / speed
-    delay = _REACTION + view.age + max(0.0, ahead + braking) ** 2 / (2 * braking * jerk)
+    delay = REACTION + view.age + max(0.0, ahead + braking) ** 2 / (2 * braking * jerk)
     for child in view.children:
         towards = _along(velocity, _way_to(view.base, robot, child))
         needs = towards * (delay + speed / (2 * braking)) + _walking_speed(view, child) * (delay + speed / braking)
@@ -277,7 +269,7 @@ def _sliding_rate(
     for rate in _SLIDE_RATES:
         closing = comes_at + max(rate * towards, -leaves)
         until_touched = max(0.0, gap) / closing if closing > 0.0 else math.inf
-        if rate * across <= slide_speed(gap) + limits.slowing(until_touched - _REACTION - view.age):
+        if rate * across <= slide_speed(gap) + limits.slowing(until_touched - REACTION - view.age):
             return rate
     return 0.0
 
@@ -299,7 +291,7 @@ def allowed_turning(view: View, robot: Embodiment, velocity: Vector, turning: tu
     """
     limits, speed = robot.limits.yaw, math.hypot(*velocity)
     room, closing = _nearest(view) - robot.footprint - CHILD_RADIUS, view.child_runs + speed
-    if turning == (0.0, 0.0) and limits.slowing(room / closing - _REACTION - view.age) > limits.velocity:
+    if turning == (0.0, 0.0) and limits.slowing(room / closing - REACTION - view.age) > limits.velocity:
         return math.inf  # any turn that begins now can end in time
     # An accelerating turn becomes still faster before it can slow down.
     rate, acceleration = turning
@@ -310,12 +302,12 @@ def allowed_turning(view: View, robot: Embodiment, velocity: Vector, turning: tu
     unseen = view.unseen
     for child in view.children + unseen:
         gap = _gap_however_turned(view.base, robot, child)
-        if gap < _FAR:
-            creep, comes_at = _TURN_SPEED / robot.footprint, view.child_runs
+        if gap < FORESIGHT:
+            creep, comes_at = ADDED / robot.footprint, view.child_runs
             if child in unseen:
-                creep, comes_at = max(creep, (_LOOKING - speed) / robot.footprint), view.child_comes
+                creep, comes_at = max(creep, (CREEP + ADDED - speed) / robot.footprint), view.child_comes
             closing = comes_at + max(0.0, _along(velocity, _offset(view.base, child)))
-            time = max(0.0, gap) / closing - _REACTION - view.age
+            time = max(0.0, gap) / closing - REACTION - view.age
             too_fast = most > creep + limits.slowing(time - delay)
             allowed = min(allowed, creep if too_fast else creep + limits.slowing(time))
     return allowed
@@ -351,11 +343,11 @@ def outwards(robot: Embodiment, yaw: float, offset: Vector) -> Vector:
     place is an offset from the base's centre in the house's axes, m; `yaw` is the base's heading, rad.
     """
     if robot.sides == (0.0, 0.0):
-        return offset if offset != (0.0, 0.0) else (_WITHIN, 0.0)  # at its very centre: any direction
+        return offset if offset != (0.0, 0.0) else (NOTHING, 0.0)  # at its very centre: any direction
     x, y = geometry.rotate(-yaw, offset)
     beyond_x, beyond_y = abs(x) - robot.sides[0], abs(y) - robot.sides[1]
     if max(beyond_x, beyond_y) <= 0.0:  # an estimate within the base, where no child can be
-        beyond_x, beyond_y = (_WITHIN, 0.0) if beyond_x > beyond_y else (0.0, _WITHIN)
+        beyond_x, beyond_y = (NOTHING, 0.0) if beyond_x > beyond_y else (0.0, NOTHING)
     return geometry.rotate(yaw, (math.copysign(max(0.0, beyond_x), x), math.copysign(max(0.0, beyond_y), y)))
 
 
@@ -373,15 +365,9 @@ def restrain(
     The command is more than the planned velocity: feedback returns the base to its reference, and so towards a child
     that has pushed it off.
 
-    Args:
-        view: The robot's view.
-        robot: The robot.
-        clearance: The room. Without its speed along a child, the base leaves it more directly, where there is room,
-            else slowly in its own direction.
-        seconds: The control timestep, s.
-        is_loaded: Whether a candle is in the hand, which also needs room.
-        velocity: The wanted command, m/s.
-        before: The previous command, m/s, from which braking is limited.
+    Without its speed along a child, the base leaves it more directly where there is room, also for a candle in the
+    hand (`is_loaded`); else slowly in its own direction. Velocities, m/s, are the wanted command and the last one, from
+    which braking is limited in a control timestep of some `seconds`.
 
     Returns:
         The remaining velocity, and whether a child touches the base, so that the command must apply at once.

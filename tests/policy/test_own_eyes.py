@@ -186,7 +186,7 @@ def test_it_goes_back_gently_where_a_child_was_or_may_be():
     seen.lurking = (child(0.4, 0.0),)
     assert separation.gap(seen, ROBOT, seen.unseen) == np.inf  # it would see it come
     seen.gaze = 0.0
-    there_too = separation.catch_up_speed(separation.gap(seen, ROBOT, seen.unseen), separation.GENTLE_UNSEEN)
+    there_too = separation.catch_up_speed(separation.gap(seen, ROBOT, seen.unseen), separation.ADDED)
     assert there_too < 0.02  # with a creep it is no strike
     left = lambda: separation.restrain(seen, ROBOT, clearance, 0.02, False, (0.2, 0.0), (0.0, 0.0))[0]  # noqa: E731
     assert left() == (0.2, 0.0)

@@ -10,14 +10,13 @@ from views import ROBOT, TIMESTEP, at_rest, child, follow, view
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import governor
-from caregiver_mj.robot.driver import Driver
+from caregiver_mj.robot.driver import Driver, Patience
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.skills.skill import Rest
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import ChildView
 
 TOUCHING = 0.27 + 0.12  # metres between the middles of base and child
-STRIKE_SPEED = 0.05  # m/s
 WALKING_SPEED = 0.44  # m/s
 OPEN = FloorPlan.parse("########\n#......#\n#S.....#\n#......#\n#B.....#\n########", "open")
 
@@ -73,9 +72,10 @@ def test_the_governor_slows_the_base_down_though_its_skill_wants_full_speed():
     drive = Drive(OPEN, (3, 1), (3, 6))
     drive.run(0.9)
     robot, before = drive.robot, drive.robot.rate
-    seen = view(child(drive.base[0] + TOUCHING + 0.3, drive.base[1]), base=drive.base, now=robot.now)
+    ahead = child(drive.base[0] + TOUCHING + 0.3, drive.base[1])
     for _ in range(5):
-        follow(seen, robot)
+        follow(view(ahead, base=drive.base, now=robot.now), robot)
+    assert robot.is_driving
     assert robot.rate < 0.95 * before
 
 
@@ -173,22 +173,6 @@ def test_a_base_that_a_child_follows_into_a_corner_leads_it_out_of_its_way():
     assert min(gaps) > 0.0
 
 
-def test_a_base_between_two_children_drives_into_neither():
-    drive = Drive(CORRIDOR, (2, 5), (2, 1), walks_from(CORRIDOR, (2, 2), 1.0), walks_from(CORRIDOR, (2, 8), -1.0))
-    for _ in range(500):
-        drive.step()
-        (x, y), velocity, _ = drive.robot.base_reference()
-        for i, one in enumerate(drive.children):
-            dx, dy = one.position[0] - x, one.position[1] - y
-            distance = math.hypot(dx, dy)
-            if distance - TOUCHING < 0.08:
-                assert (velocity[0] * dx + velocity[1] * dy) / distance < STRIKE_SPEED
-            if distance - TOUCHING < 0.03:  # it stops where it would run into the base
-                drive.children[i] = one._replace(velocity=(0.0, 0.0))
-    assert drive.gap() > -0.01
-    np.testing.assert_allclose(drive.robot.base_reference()[1], 0.0, atol=0.01)
-
-
 @pytest.mark.parametrize("way_left", [0.0, 0.5])
 def test_a_base_stands_on_its_landing_before_a_child_that_comes(way_left):
     """That is what it goes there for, be it that it still has a little way to go when the child comes."""
@@ -203,3 +187,28 @@ def test_a_base_stands_on_its_landing_before_a_child_that_comes(way_left):
         left.append(math.dist(drive.base[:2], (x, y)))
     assert (np.diff(left) <= 1e-6).all()  # it does not leave it, nor turn back on its way
     assert OPEN.cell_at(drive.base[:2]) == (2, 1)
+
+
+def test_the_watchdog_ends_ten_seconds_after_the_last_step_nearer():
+    patience = Patience()
+    assert not patience.is_over(1e6)  # before there is a way
+    patience.note(8, now=0.0)
+    patience.note(7, now=6.0)
+    for now in (9.0, 12.0, 15.0):
+        patience.note(7, now)
+        patience.note(9, now)
+    assert not patience.is_over(16.0)
+    assert patience.is_over(16.02)
+
+
+def test_a_base_that_is_there_may_stay_but_not_be_driven_off_again_and_again_for_ever():
+    patience = Patience()
+    for now in range(0, 12, 2):
+        patience.note(1, now)
+        patience.note(0, now + 1.0)
+    assert patience.is_over(11.02)
+    assert not patience.is_over(11.02, 5.0)
+    assert patience.is_over(16.02, 5.0)
+    patience.last_for_ever()
+    patience.note(1, now=20.0)
+    assert not patience.is_over(1e6)

@@ -6,7 +6,7 @@ import importlib.metadata
 import mujoco
 import numpy as np
 import pytest
-from reaching import first_way
+from robot_plans import first_way
 
 from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.house.scene import build_house

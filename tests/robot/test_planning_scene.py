@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from reaching import first_way
+from robot_plans import first_way
 
 from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans import layout

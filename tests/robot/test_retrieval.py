@@ -12,7 +12,7 @@ from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
-from caregiver_mj.robot.retrieval import RetrievalPlanner
+from caregiver_mj.robot.retrieval import RetrievalPlanner, Search
 
 ROOM = FloorPlan.parse("#########\n#B......#\n#..C....#\n#....T..#\n#.......#\n#########", "room")
 MIDDLE = (*ROOM.position((4, 4)).tolist(), 0.0)
@@ -58,3 +58,13 @@ def test_the_scene_is_made_anew_for_tables_of_other_heights_only():
     for heights in (None, None, (0.5,), (0.5,), (0.7,), None):
         search.prepare(heights)
     assert asked == [None, (0.5,), (0.7,), None]
+
+
+def test_a_search_goes_on_where_it_was_and_says_what_it_has_found():
+    def count(limit):
+        for _ in range(limit):
+            yield 1.0  # a millisecond of work
+        return limit
+
+    search = Search(count(25))
+    assert ([search.go_on(10.0) for _ in range(4)], search.found) == ([False, False, True, True], 25)

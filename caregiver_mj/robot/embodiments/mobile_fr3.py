@@ -57,41 +57,33 @@ LIMITS = RobotLimits(
     carrying=Carrying(Limits(velocity=0.97 * _BASE_SPEED, acceleration=1.7, jerk=14.0), acceleration=2.0, jerk=35.0),
 )
 
-# Lags by trial; the model's mass and inertia over gain, with the arm tucked, are 20.7 and 5.9 ms.
-SERVOS = Servos(position_gain=5.0, yaw_gain=8.0, base_lag=0.0205, yaw_lag=0.008)
-
-# Joints 1 and 3 are nearly collinear in these poses; holding joint 3 keeps them from chattering.
-BENDS = Bends(
-    tucked=np.array([0.0, -0.66, 0.0, -2.25, 0.0, 2.55, np.pi / 4]), bend=5, bends=(1.57, 0.8, 0.0), turn=6, held=2
-)
-
-POSTURES = Postures(
-    carry=(0.42, 1.04),
-    reach=0.70,
-    hand_pitch=math.radians(35.0),  # a level hand hits the table with the wrist
-    lying_reaches=(0.50, 0.55, 0.60, 0.65, 0.70, 0.75),
-    lying_pitches=(math.radians(90), math.radians(50)),
-    floor_reach=0.50,
-)
-
-APPROACH = Approach(turn=0.25, above=0.70, hover=0.77, last_time=0.225)
-
-# A candle is held with 12 mm more than the depth, and may be lost on the way with 12 mm less: errors of perception may
-# be as large either way.
-GRASP = Grasp(open=0.036, closed=0.012, grip_time=0.12, widest=0.0395)
-
-# A candle in the tucked hand is 0.45 m out.
-CLEARANCES = Clearances(turning=0.52, child_turning=0.60, hand=0.16, hand_width=0.13)
-
 
 def mobile_fr3() -> Embodiment:
     """Make the robot."""
     return RobotModel(own_model("mobile_fr3"), NAMES).robot(
         limits=LIMITS,
-        servos=SERVOS,
-        bends=BENDS,
-        postures=POSTURES,
-        approach=APPROACH,
-        grasp=GRASP,
-        clearances=CLEARANCES,
+        # Lags by trial; the model's mass and inertia over gain, with the arm tucked, are 20.7 and 5.9 ms.
+        servos=Servos(position_gain=5.0, yaw_gain=8.0, base_lag=0.0205, yaw_lag=0.008),
+        # Joints 1 and 3 are nearly collinear in these poses; holding joint 3 keeps them from chattering.
+        bends=Bends(
+            tucked=np.array([0.0, -0.66, 0.0, -2.25, 0.0, 2.55, np.pi / 4]),
+            bend=5,
+            bends=(1.57, 0.8, 0.0),
+            turn=6,
+            held=2,
+        ),
+        postures=Postures(
+            carry=(0.42, 1.04),
+            reach=0.70,
+            hand_pitch=math.radians(35.0),  # a level hand hits the table with the wrist
+            lying_reaches=(0.50, 0.55, 0.60, 0.65, 0.70, 0.75),
+            lying_pitches=(math.radians(90), math.radians(50)),
+            floor_reach=0.50,
+        ),
+        approach=Approach(turn=0.25, above=0.70, hover=0.77, last_time=0.225),
+        # A candle is held with 12 mm more than the depth, and may be lost on the way with 12 mm less: errors of
+        # perception may be as large either way.
+        grasp=Grasp(open=0.036, closed=0.012, grip_time=0.12, widest=0.0395),
+        # A candle in the tucked hand is 0.45 m out.
+        clearances=Clearances(turning=0.52, child_turning=0.60, hand=0.16, hand_width=0.13),
     )

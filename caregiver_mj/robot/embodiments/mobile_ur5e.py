@@ -44,36 +44,26 @@ LIMITS = RobotLimits(
     carrying=Carrying(Limits(velocity=0.97 * _BASE_SPEED, acceleration=1.5, jerk=12.0), acceleration=1.8, jerk=30.0),
 )
 
-BENDS = Bends(tucked=np.radians([0.0, -115.0, 99.5, 30.0, 90.0, 0.0]), bend=3, bends=(1.57, 1.0, 0.5, 0.0), turn=5)
-
-POSTURES = Postures(
-    carry=(0.38, 1.04),
-    reach=0.66,
-    hand_pitch=math.radians(15.0),  # its wrist is slender, and above the hand
-    lying_reaches=(0.40, 0.45, 0.50, 0.55, 0.60, 0.65, 0.70, 0.75),
-    lying_pitches=(math.radians(90), math.radians(60)),
-    floor_reach=0.45,
-)
-
-APPROACH = Approach(turn=0.24, above=0.69, hover=0.76, last_time=0.29)
-
-GRASP = Grasp(open=0.046, closed=0.011, grip_time=0.25, widest=0.054)
-
-# A candle in the tucked hand is 0.41 m out.
-CLEARANCES = Clearances(turning=0.48, child_turning=0.56, hand=0.18, hand_width=0.15)
-
 
 def mobile_ur5e() -> Embodiment:
     """Make the robot."""
     model = RobotModel(own_model("mobile_ur5e"), NAMES)
-    # The model's lags of the servos with the arm tucked.
-    servos = Servos(4.0, 6.0, *(model.lag(joint, BENDS.tucked) for joint in ("base_x", "base_yaw")))
+    bends = Bends(tucked=np.radians([0.0, -115.0, 99.5, 30.0, 90.0, 0.0]), bend=3, bends=(1.57, 1.0, 0.5, 0.0), turn=5)
     return model.robot(
         limits=LIMITS,
-        servos=servos,
-        bends=BENDS,
-        postures=POSTURES,
-        approach=APPROACH,
-        grasp=GRASP,
-        clearances=CLEARANCES,
+        # The model's lags of the servos with the arm tucked.
+        servos=Servos(4.0, 6.0, *(model.lag(joint, bends.tucked) for joint in ("base_x", "base_yaw"))),
+        bends=bends,
+        postures=Postures(
+            carry=(0.38, 1.04),
+            reach=0.66,
+            hand_pitch=math.radians(15.0),  # its wrist is slender, and above the hand
+            lying_reaches=(0.40, 0.45, 0.50, 0.55, 0.60, 0.65, 0.70, 0.75),
+            lying_pitches=(math.radians(90), math.radians(60)),
+            floor_reach=0.45,
+        ),
+        approach=Approach(turn=0.24, above=0.69, hover=0.76, last_time=0.29),
+        grasp=Grasp(open=0.046, closed=0.011, grip_time=0.25, widest=0.054),
+        # A candle in the tucked hand is 0.41 m out.
+        clearances=Clearances(turning=0.48, child_turning=0.56, hand=0.18, hand_width=0.15),
     )

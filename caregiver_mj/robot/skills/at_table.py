@@ -11,23 +11,21 @@ from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.routes import yielding
 from caregiver_mj.robot import geometry
-from caregiver_mj.robot.driver import ARRIVED, ARRIVED_YAW
+from caregiver_mj.robot.driver import ARRIVED, ARRIVED_YAW, LOOK_AHEAD
 from caregiver_mj.robot.geometry import Vector
 from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.reach import as_high
-from caregiver_mj.robot.separation import GENTLE_GAP, child_cells, gap, is_child_at_line, near_children
+from caregiver_mj.robot.separation import COMING_GAP, GENTLE_GAP, child_cells, gap, is_child_at_line, near_children
 from caregiver_mj.robot.skills.skill import Skill
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import CHILD_RADIUS, View
 
 BESIDE_TABLE = 0.45  # m; distance from a table's nominal centre beyond which nothing is on it
 
-_HAND_AHEAD = 1.5  # s; part of the base's path checked for walls
 _HOVER_BEYOND = 0.02  # m; overshoot of the base with which the hand may still hover
-# m; gap at which a base that lets a child pass may stop, and gap below which it leaves at full speed
-_ASIDE_GAP, _AT_ONCE_GAP = 0.9, 0.3
+_AT_ONCE_GAP = 0.3  # m; gap below which a base that lets a child pass leaves at full speed, else slower
 _PAST_CANDLE = 100.0  # cells; detour worth taking to not reach over another candle
 _CHILD_SOON = 0.5  # s; time within which a walking child may be in the hand's way
 _ON_PATH = 0.008  # m; deviation from its path up to which a base arrives as planned while the hand comes down
@@ -88,7 +86,7 @@ class AtTable(Skill):
             if not self._stands(view):
                 return Status.OUT_OF_REACH
         if self.driver.stands_aside(view.now):
-            haste = (_ASIDE_GAP - gap(view, self.embodiment)) / (_ASIDE_GAP - _AT_ONCE_GAP)
+            haste = (COMING_GAP - gap(view, self.embodiment)) / (COMING_GAP - _AT_ONCE_GAP)
             robot.drives = min(robot.drives, max(0.0, haste))
         return status
 
@@ -244,6 +242,6 @@ class AtTable(Skill):
         A base that was on its way elsewhere first stops, perhaps beyond the goal, and comes back.
         """
         out = (self.embodiment.postures.reach, 0.0)
-        places = [(*place, yaw) for place in (*robot.points_ahead(_HAND_AHEAD), goal)]
+        places = [(*place, yaw) for place in (*robot.points_ahead(LOOK_AHEAD), goal)]
         hands = [geometry.to_world(place, out) for place in (view.base, *places)]
         return all(itertools.starmap(self._navigator.clearance.hand_clear, itertools.pairwise(hands)))

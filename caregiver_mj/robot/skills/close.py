@@ -16,11 +16,12 @@ from caregiver_mj.plans import layout
 from caregiver_mj.robot import geometry
 from caregiver_mj.robot.driver import TIME_OUT
 from caregiver_mj.robot.geometry import Pose, hand_rotation
-from caregiver_mj.robot.kinematics import ATTEMPTS, Arm, arm_of, hand_position
+from caregiver_mj.robot.kinematics import ATTEMPTS, Arm, arm_of
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.reach import ReachPath, guesses
-from caregiver_mj.robot.separation import is_child_at_line
+from caregiver_mj.robot.separation import is_child_at_arm, is_child_at_line
+from caregiver_mj.robot.skills.reaching import CHILD_BESIDE, NEAR_SOON
 from caregiver_mj.robot.skills.skill import Skill
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
@@ -36,9 +37,9 @@ _STEP = math.radians(28.0)  # greatest step between poses on the arc, between wh
 _BEYOND, _TEST = math.radians(4.0), math.radians(6.3)
 _MEETS = 0.09  # m/s; speed of the hand as a finger meets the panel or pulls at the latch
 _ASTRIDE = 0.021  # m; distance of each finger from the panel's middle
-# m; distance of a child from the gate below which the hand stays in, closes slowly, and stops or creeps back (also from
-# the arm). s; time within which the child may come so near.
-_CHILD_AWAY, _CHILD_NEAR, _CHILD_BESIDE, _SOON = 0.55, 0.45, 0.3, 0.4
+# m; distance of a child from the gate below which the hand stays in, and closes slowly. Within `CHILD_BESIDE` it stops
+# or creeps back.
+_CHILD_AWAY, _CHILD_NEAR = 0.55, 0.45
 
 
 class Closing(NamedTuple):
@@ -79,7 +80,7 @@ class Close(Skill):
         if self._at == 0 and not self._withdraws:
             return self._approach(view, robot)
         closes = self._at <= self._closing.pushed and not self._withdraws
-        is_beside = self._is_child_within(view, _CHILD_BESIDE)
+        is_beside = self._is_child_within(view, CHILD_BESIDE)
         if not is_beside:
             self._waits_since = math.inf
         elif closes:
@@ -153,11 +154,8 @@ class Close(Skill):
         opening = float(view.gates[self.gate])
         shut, now = (x, y - length), (x + length * math.sin(opening), y - length * math.cos(opening))
         hinge, *ends = (geometry.to_world(self._frame, place) for place in ((x, y), shut, now))
-        edge = geometry.to_world(view.base, (self.embodiment.footprint, 0.0))
-        hand = hand_position(view, self.embodiment)[:2].tolist()
-        return any(is_child_at_line(view, hinge, end, distance, _SOON) for end in ends) or is_child_at_line(
-            view, edge, hand, _CHILD_BESIDE, _SOON
-        )
+        at_gate = any(is_child_at_line(view, hinge, end, distance, NEAR_SOON) for end in ends)
+        return at_gate or is_child_at_arm(view, self.embodiment, CHILD_BESIDE, NEAR_SOON)
 
 
 @functools.cache

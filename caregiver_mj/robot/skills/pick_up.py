@@ -21,7 +21,7 @@ from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.reach import LOW, TRAY_SPOTS, UP, share_at, tray_path
 from caregiver_mj.robot.retrieval import RetrievalPlanner, Search, Stance
 from caregiver_mj.robot.separation import gap_to
-from caregiver_mj.robot.skills.reaching import Reaching
+from caregiver_mj.robot.skills.reaching import CHILD_BESIDE, Reaching
 from caregiver_mj.robot.skills.skill import StandAside
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
@@ -46,7 +46,7 @@ _STOP, _BEGIN, _BEGIN_AGAIN = 0.23, 0.25, 0.27
 _WALKS, _DOWN_AND_UP, _STOPS, _HELD_UP, _STANDS, _BEHIND = 0.45, 2.7, 0.4, 0.15, 0.1, 0.7
 _ANOTHER = 0.8  # rad; change of the heading away from the child that is worth another turn
 _LINGERS = 3.0  # s; wait of the hand in mid-air for a child to go by
-_BESIDE, _LIFTS = 0.3, 2.0  # m, s; children must not come so near while the hand grips and lifts, within that time
+_LIFTS = 2.0  # s; children must not come beside the hand within that time while it grips and lifts
 _IN_HAND = 0.15  # m; distance from the pinch point at which a held thing is seen, with delay and errors
 _STRAYED = 0.006  # m; greatest distance of the thing from the stance's aim
 _UNSURE = 0.01  # m; apparent distance outside of the tray of a thing in it
@@ -144,7 +144,7 @@ class PickUp(Reaching):
         floor = self._height(view.arm)
         # The base holds up a child behind it.
         ahead = tuple(child for child in view.children if geometry.to_local(view.base, child.position)[0] > 0.0)
-        if self._child_within(dataclasses.replace(view, children=ahead), _BESIDE, _LIFTS):
+        if self._child_within(dataclasses.replace(view, children=ahead), CHILD_BESIDE, _LIFTS):
             self._withdraw(view, robot)
             return Status.COMMITTED
         self.tries += 1

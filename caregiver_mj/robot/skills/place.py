@@ -9,6 +9,7 @@ import numpy as np
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.robot import geometry
+from caregiver_mj.robot.driver import PATIENCE
 from caregiver_mj.robot.geometry import Vector
 from caregiver_mj.robot.kinematics import arm_of, hand_is_empty, hand_position, is_at_hand
 from caregiver_mj.robot.motion import RobotMotion
@@ -30,7 +31,6 @@ _PLACE_GAP, _EDGE = 0.002, 0.12
 _LANDS_WITHIN, _LANDED = 0.02, 0.0016
 _SPOTS = (0.0, 0.06, -0.06, 0.12, -0.12, 0.18, -0.18)  # m aside of a table's centre, in order of preference
 _LOOK_INTERVAL = 0.3  # s between looks at the table
-_FULL_TIME = 1.7  # s; wait at a table without room: one novice timestep
 
 
 class Place(AtTable):
@@ -52,7 +52,7 @@ class Place(AtTable):
         if view.now >= self._look_at or self.stand != self._spot_seen_from:
             self._spot, self._look_at = self._free_spot(view), view.now + _LOOK_INTERVAL
         if self._spot is None:  # no room on this table, perhaps temporarily
-            self._full_until = min(self._full_until, view.now + _FULL_TIME)
+            self._full_until = min(self._full_until, view.now + PATIENCE)
             robot.reach(0.0)
             return Status.FAILED if view.now >= self._full_until else self.status
         self._full_until = math.inf
