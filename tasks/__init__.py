@@ -138,9 +138,10 @@ def load(
     _check_arguments("environment_kwargs", control.Environment, (None, made), environment_kwargs)
     robot = made.has_robot and made.embodiment
     physics = Physics.from_plan(plan, robot, made.table_positions, len(made.children), visuals, made.table_heights)
+    limit = (made.control_steps - 0.5) * made.control_timestep  # safe from the rounding of dm_control's division
     try:
         return control.Environment(
-            physics, made, time_limit=made.time_limit, control_timestep=made.control_timestep, **environment_kwargs
+            physics, made, time_limit=limit, control_timestep=made.control_timestep, **environment_kwargs
         )
     except ValueError as error:  # from dm_control, for inconsistent timesteps
         raise CaregiverError(f"{task} cannot be made: {error}") from None

@@ -34,6 +34,7 @@ from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.embodiments import find_embodiment
 
 CONTROL_TIMESTEP = 0.02  # s; a prototype's grasps held at 50 Hz as well as at 100 Hz
+_ROUNDING = 1e-9  # relative; time steps that are closer to the time limit are at it
 _LOWEST, _HIGHEST = 0.45, 0.75  # m; heights of tables, from a coffee table to a dining table
 _CANDLE_OFFSET = 0.02  # m; greatest initial offset of a candle from the table's centre, in x and in y
 
@@ -221,6 +222,12 @@ class CareTask(control.Task):
     def table_heights(self) -> np.ndarray:
         """Heights of the tables' tops, (tables,), m."""
         return self.candles.table_heights
+
+    @property
+    def control_steps(self) -> float:
+        """Number of the control step that ends an episode: the first at or beyond the time limit, but for rounding."""
+        assert self.time_limit is not None  # `load` sets it
+        return float(np.ceil(self.time_limit / self.control_timestep * (1 - _ROUNDING)))
 
     def reseed(self, random: Random) -> None:
         """Seed the next episode."""

@@ -57,8 +57,7 @@ class HouseRollout(Rollout):
         self._task, self._physics = env.task, env.physics  # looked up once
         self._is_delayed = not (policy or env.task.sensing.is_exact)  # a delay is counted in observations
         self._nothing = np.zeros(env.action_spec().shape)
-        seconds = env.control_timestep()
-        self._substeps, self._length = round(seconds / env.physics.timestep()), env.task.time_limit / seconds
+        self._substeps = round(env.control_timestep() / env.physics.timestep())
         # A user's task may rely on a call for each time step, in the order of `env.step`.
         answers = (env.task.get_reward, env.task.get_observation, env.task.get_termination)
         self._asks = any(not answer.__module__.startswith("caregiver_mj.") for answer in answers)
@@ -120,7 +119,7 @@ class HouseRollout(Rollout):
         reward = task.get_reward(physics) if self._asks else None
         if self._asks or self._is_delayed:
             observation = task.get_observation(physics)
-        self._discount = 1.0 if self.steps >= self._length else task.get_termination(physics)
+        self._discount = 1.0 if self.steps >= task.control_steps else task.get_termination(physics)
         if self._asks:
             self._timestep = self._made(reward, observation)
         self.decide()
