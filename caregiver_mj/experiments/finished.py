@@ -18,7 +18,7 @@ from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.experiments import statistics
 from caregiver_mj.experiments.evaluation import LARGEST, Tables, sum_up
-from caregiver_mj.experiments.run_folder import RunFolder, describe_differences, read_json, unlike
+from caregiver_mj.experiments.run_folder import RunFolder, check_folder, describe_differences, read_json, unlike
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.spec import BARE_TABLES, episode_seed
 from caregiver_mj.experiments.summary import judge, judge_run
@@ -104,13 +104,14 @@ def read_finished(folder: str | os.PathLike[str]) -> Finished:
     """Read a finished run.
 
     Raises:
-        CaregiverError: The folder holds no finished run, or one of its files was changed.
+        CaregiverError: The folder holds no finished run or has links, or one of its files was changed.
     """
     path = pathlib.Path(folder)
     try:
         for name, message in _FILES.items():
             if not (path / name).is_file():
                 raise CaregiverError(message.format(path))
+        check_folder(path)
     except OSError as error:
         raise CaregiverError(f"the run in '{path}' cannot be read: {error.strerror}") from None
     try:

@@ -21,7 +21,7 @@ import os
 import pathlib
 import sys
 import weakref
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from caregiver_mj.errors import CaregiverError
@@ -38,6 +38,8 @@ if TYPE_CHECKING:
 
 
 Result = dict[str, Any]  # result of a block, as JSON: its "rows", and "maps" by name
+_FOLDERS = ("episodes", "exchanges")  # which hold files only
+_FILES = (".lock", "run.json", "episodes.parquet", "summary.json", "maps.parquet", "houses.parquet")
 _LONGEST = 200  # bytes of the name of a block's file; file systems permit 255
 Record = dict[str, Any]  # record of a run, as JSON
 _CHECKED_APART = ("file", "caregivers", "episodes", "code", "source", "extended_at")  # all other keys must be equal
@@ -49,6 +51,20 @@ class StorageError(CaregiverError):
     """A result could not be written; earlier files are whole."""
 
 
+def check_folder(path: str | os.PathLike[str]) -> None:
+    """Raise CaregiverError if reading or writing a run's folder, perhaps a stranger's, would go through a link."""
+    folder = pathlib.Path(path)
+
+    def check(kind: str, fits: Callable[[pathlib.Path], bool], places: Iterable[pathlib.Path]) -> None:
+        for there in places:
+            if there.is_symlink() or (there.exists() and not fits(there)):
+                raise CaregiverError(f"'{there}' must be a {kind}, got another thing or a link: take another folder")
+
+    check("folder", pathlib.Path.is_dir, [folder / name for name in _FOLDERS])
+    check("file", pathlib.Path.is_file, [folder / name for name in _FILES])
+    check("file", pathlib.Path.is_file, (there for name in _FOLDERS for there in (folder / name).glob("*")))
+
+
 class RunFolder:
     """The results of one run in its folder `path`, which is locked against other processes."""
 
@@ -58,7 +74,8 @@ class RunFolder:
         The settings are all that the results depend on, as JSON.
 
         Raises:
-            CaregiverError: The folder cannot be written, holds a run without `resume`, or one with other settings.
+            CaregiverError: The folder cannot be written, has links, holds a run without `resume`, or one with other
+                settings.
         """
         self.path = pathlib.Path(path)
         self._episodes = self.path / "episodes"
@@ -66,6 +83,7 @@ class RunFolder:
             raise CaregiverError("the output folder must have a name, got an empty one")
         record = self.path / "run.json"
         try:
+            check_folder(path)
             self._episodes.mkdir(parents=True, exist_ok=True)
             self._lock = _lock(self.path)  # before touching files that another run may be writing
             for leftover in [*self.path.glob("*.tmp"), *self._episodes.glob("*.tmp")]:
