@@ -3,7 +3,6 @@
 import base64
 import contextlib
 import copy
-import hashlib
 import io
 import json
 import os
@@ -12,9 +11,9 @@ import random
 import shutil
 import sys
 import time
-import zipfile
 
 import pandas as pd
+from submissions import parts_of, write
 
 from caregiver_mj import cli
 from caregiver_mj.caregivers.answers import replayed
@@ -73,19 +72,14 @@ def submission(path, lots):
     if lots.random() < 0.2:
         path.write_bytes(flipped(content, lots))
         return
-    with zipfile.ZipFile(io.BytesIO(content)) as file:
-        parts = {name: json.loads(file.read(name)) for name in file.namelist() if name != "sha256.json"}
+    parts = parts_of(GIVEN / "a.submission")
     name = lots.choice([*parts, "run.json", "run.json"])
     if name.startswith("episodes") and lots.random() < 0.5:
         answers = base64.b64decode(parts[name]["answers"])
         parts[name]["answers"] = base64.b64encode(flipped(answers, lots)).decode()
     else:
         parts[name] = mutated(parts[name], lots)
-    texts = {one: json.dumps(part) for one, part in parts.items()}
-    sums = {one: hashlib.sha256(text.encode()).hexdigest() for one, text in texts.items()}
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:
-        for one, text in {**texts, "sha256.json": json.dumps(sums)}.items():
-            file.writestr(one, text)
+    write(path, parts)
 
 
 def folder(path, lots, given):

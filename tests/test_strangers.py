@@ -4,7 +4,6 @@
 """
 
 import base64
-import hashlib
 import io
 import json
 import os
@@ -17,15 +16,12 @@ import zipfile
 import numpy as np
 import pandas as pd
 import pytest
+from submissions import parts_of, run, write
 
 from caregiver_mj import cli
 
 COUNT = int(os.environ.get("CAREGIVER_FUZZ", "20"))
 TEXT = "######\n#B.S.#\n#....#\n#C..T#\n######\n"
-
-
-def run(*arguments):
-    return cli.main([*map(str, arguments)])
 
 
 @pytest.fixture(scope="module")
@@ -45,20 +41,6 @@ def acted(given):
     """A run of the robot in MuJoCo, whose answers can be given again."""
     argv = ["evaluate", "--world", "house", "--house", given / "tiny.txt", "--epsilon", 1, "--episodes", 1]
     assert not run(*argv, "--caregiver", "nearest", "--out", given / "acted")
-
-
-def parts_of(path):
-    with zipfile.ZipFile(path) as file:
-        return {name: json.loads(file.read(name)) for name in file.namelist() if name != "sha256.json"}
-
-
-def write(path, parts):
-    """Write a submission, with checksums that fit."""
-    texts = {name: json.dumps(part) for name, part in parts.items()}
-    sums = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in texts.items()}
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:
-        for name, text in {**texts, "sha256.json": json.dumps(sums)}.items():
-            file.writestr(name, text)
 
 
 NONE, NEAREST = "episodes/000000.json", "episodes/000001.json"
