@@ -127,7 +127,7 @@ def read_finished(folder: str | os.PathLike[str]) -> Finished:
     except CaregiverError as error:
         raise CaregiverError(f"the run in '{folder}' cannot be read: {error}") from None
     except Exception as error:  # the files may hold anything
-        raise CaregiverError(f"the run in '{folder}' cannot be read: {_words(error)}") from error
+        raise CaregiverError(f"the run in '{folder}' cannot be read: {in_short(error)}") from error
     for name, wrong in foreign.items():
         if wrong:
             raise CaregiverError(f"the run in '{folder}' cannot be read: its {name} is that of another run; {_ANEW}")
@@ -179,7 +179,7 @@ def _read_file(path: pathlib.Path, read: Callable[[pathlib.Path], Any]) -> Any:
         return read(path)
     except Exception as error:
         mend = "" if path.name == "run.json" else f"; {_ANEW}"
-        raise CaregiverError(f"its {path.name} is damaged ({_words(error)}){mend}") from error
+        raise CaregiverError(f"its {path.name} is damaged ({in_short(error)}){mend}") from error
 
 
 def _dictionary(path: pathlib.Path) -> dict[str, Any]:
@@ -224,7 +224,8 @@ def _fits_in_column(kind: Any) -> bool:
     return any(fits(kind) for fits in kinds) or (types.is_list(kind) and types.is_floating(kind.value_type))
 
 
-def _words(error: Exception) -> str:
+def in_short(error: Exception) -> str:
+    """Return a library's error as one short line, because a stranger's file may be quoted in it."""
     return plain(error, _LONGEST_REASON) or type(error).__name__
 
 

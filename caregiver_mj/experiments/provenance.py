@@ -109,13 +109,7 @@ def _files(folder: pathlib.Path, name: str) -> set[pathlib.Path]:
 
 def imported(folder: pathlib.Path, source: pathlib.Path) -> Iterator[str]:
     """Yield the full names that a source file imports at any level, relative to a folder."""
-    if source.suffix != ".py":
-        return
-    try:
-        tree = ast.parse(source.read_bytes())
-    except SyntaxError:  # edited since it was imported
-        return
-    for node in ast.walk(tree):
+    for node in ast.walk(_tree(source)) if source.suffix == ".py" else ():
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -159,15 +153,20 @@ def source_digest(world: str = "house", modules: tuple[str, ...] = ()) -> str:
 
 def code(path: pathlib.Path) -> bytes:
     """Return a module's syntax tree without comments, docstrings and layout, the same in all versions of Python."""
-    source = path.read_bytes()
-    try:
-        tree = ast.parse(source)
-    except SyntaxError:  # edited since it was imported
-        return source
+    tree = _tree(path)
     for node in ast.walk(tree):
         if isinstance(node, _DOCUMENTED) and ast.get_docstring(node, clean=False) is not None:
             del node.body[0]
     return repr(_plain(tree)).encode()
+
+
+def _tree(path: pathlib.Path) -> ast.Module:
+    """Return a module's syntax tree; if it is no program any more, that of its text."""
+    source = path.read_bytes()
+    try:
+        return ast.parse(source)
+    except SyntaxError:  # edited since it was imported
+        return ast.parse(repr(source))
 
 
 def _plain(node: Any) -> Any:

@@ -21,7 +21,7 @@ import os
 import pathlib
 import sys
 import weakref
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from caregiver_mj.errors import CaregiverError
@@ -256,14 +256,14 @@ def resumed_record(found: Record, wanted: Record) -> Record:
     if wrong := describe_differences(keys, found, wanted) or _other_code(found, wanted):
         less = "; a run can be added to, but not cut" if keys and {*keys} <= {"caregivers", "episodes"} else ""
         raise CaregiverError("; ".join(wrong) + less)
-    extended = _extended_at(found, wanted["episodes"])
+    extended = extended_at(found, wanted["episodes"])
     if there == here and episodes == wanted["episodes"]:
         return found
     return {**wanted, **({"extended_at": extended} if extended else {})}
 
 
-def _extended_at(found: Record, wanted: int) -> list[int]:
-    """Return the numbers of episodes that a run had before each extension."""
+def extended_at(found: Mapping[str, Any], wanted: int) -> list[int]:
+    """Return the numbers of episodes that a run had before each extension, up to those wanted."""
     before = found.get("extended_at", [])
     if isinstance(before, list) and all(isinstance(step, int) for step in before):
         steps = [0, *before, *sorted({found["episodes"], wanted})]
