@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from caregiver_mj.experiments.intervals import CONFIDENCE, Estimate, of_ratio
+from caregiver_mj.experiments.intervals import CONFIDENCE, Estimate
 
 # Greatest irrelevant difference, as a share of the other caregiver's mean; stated before any comparison.
 MARGINS = {
@@ -64,23 +64,22 @@ def holm(p: np.ndarray) -> np.ndarray:
     return corrected
 
 
-def not_inferior(ours: np.ndarray, theirs: np.ndarray, margin: float, ratio: Estimate[float] | None = None) -> Verdict:
+def not_inferior(ours: np.ndarray, theirs: np.ndarray, margin: float, ratio: Estimate[float]) -> Verdict:
     """Test, one-sided at 2.5 %, by the interval of the ratio, whether ours are less by less than a margin.
 
     Args:
         ours: Sample (n,), not negative; more is better.
         theirs: Paired sample (n,).
         margin: Greatest irrelevant difference, as a share of the larger mean.
-        ratio: Ratio of means, if known already with its interval, such as one over houses.
+        ratio: Ratio of their means with its interval.
     """
     least = 1 - margin
     if not enough(_sides(ours, theirs, least)[0]):
         return Verdict.NONE
-    _, low, high = ratio or of_ratio(ours, theirs)
-    return Verdict.NOT_INFERIOR if low > least else Verdict.INFERIOR if high < least else Verdict.NONE
+    return Verdict.NOT_INFERIOR if ratio.low > least else Verdict.INFERIOR if ratio.high < least else Verdict.NONE
 
 
-def equivalent(ours: np.ndarray, theirs: np.ndarray, margin: float, ratio: Estimate[float] | None = None) -> Verdict:
+def equivalent(ours: np.ndarray, theirs: np.ndarray, margin: float, ratio: Estimate[float]) -> Verdict:
     """Test, twice one-sided at 2.5 %, by the interval of the ratio, whether neither is less by a margin.
 
     The arguments are as of `not_inferior`.
@@ -88,7 +87,7 @@ def equivalent(ours: np.ndarray, theirs: np.ndarray, margin: float, ratio: Estim
     least = 1 - margin
     if not all(map(enough, _sides(ours, theirs, least))):
         return Verdict.NONE
-    _, low, high = ratio or of_ratio(ours, theirs)
+    _, low, high = ratio
     if low > least and high * least < 1:
         return Verdict.EQUIVALENT
     return Verdict.DIFFERENT if high < least or low * least > 1 else Verdict.NONE

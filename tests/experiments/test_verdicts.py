@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from caregiver_mj.experiments.intervals import of_difference
+from caregiver_mj.experiments.intervals import of_difference, of_ratio
 from caregiver_mj.experiments.verdicts import (
     MARGINS,
     Verdict,
@@ -93,14 +93,13 @@ TOYS = np.array([20.0, 24, 22, 25, 19, 23, 21, 24, 20, 22])
     ],
 )
 def test_toys_kept(ours, verdict):
-    assert not_inferior(ours, TOYS, MARGINS["toys_reached"]) is verdict
+    assert not_inferior(ours, TOYS, MARGINS["toys_reached"], of_ratio(ours, TOYS)) is verdict
 
 
 def test_a_margin_needs_pairs_too():
-    assert not_inferior(TOYS[:5], TOYS[:5], 0.03) is Verdict.NONE
-    assert not_inferior(TOYS[:6], TOYS[:6], 0.03) is Verdict.NOT_INFERIOR
-    assert not_inferior(np.zeros(20), np.zeros(20), 0.03) is Verdict.NONE
-    assert equivalent(TOYS[:5], TOYS[:5], 0.1) is Verdict.NONE
+    for toys, verdict in ((TOYS[:5], "no verdict"), (TOYS[:6], "not inferior"), (np.zeros(20), "no verdict")):
+        assert not_inferior(toys, toys, 0.03, of_ratio(toys, toys)) == verdict
+    assert equivalent(TOYS[:5], TOYS[:5], 0.1, of_ratio(TOYS[:5], TOYS[:5])) is Verdict.NONE
     assert not enough(np.array([1, 1, 1, 0, 0, 0, 0]))  # pairs that do not differ do not count
 
 
@@ -108,8 +107,8 @@ def test_a_margin_needs_pairs_too():
     ("factor", "verdict"), [(1, Verdict.EQUIVALENT), (0.92, Verdict.EQUIVALENT), (0.88, Verdict.DIFFERENT)]
 )
 def test_equivalence_from_either_side(factor, verdict):
-    assert equivalent(factor * TOYS, TOYS, 0.10) is verdict
-    assert equivalent(TOYS, factor * TOYS, 0.10) is verdict
+    for ours, theirs in ((factor * TOYS, TOYS), (TOYS, factor * TOYS)):
+        assert equivalent(ours, theirs, 0.10, of_ratio(ours, theirs)) is verdict
 
 
 def test_p_of_being_at_the_margin_by_hand():
