@@ -97,8 +97,8 @@ def test_toys_kept(ours, verdict):
 
 
 def test_a_margin_needs_pairs_too():
-    for toys, verdict in ((TOYS[:5], "no verdict"), (TOYS[:6], "not inferior"), (np.zeros(20), "no verdict")):
-        assert not_inferior(toys, toys, 0.03, of_ratio(toys, toys)) == verdict
+    for toys, wanted in ((TOYS[:5], "no verdict"), (TOYS[:6], "not inferior"), (np.zeros(20), "no verdict")):
+        assert not_inferior(toys, toys, 0.03, of_ratio(toys, toys)) == wanted
     assert equivalent(TOYS[:5], TOYS[:5], 0.1, of_ratio(TOYS[:5], TOYS[:5])) is Verdict.NONE
     assert not enough(np.array([1, 1, 1, 0, 0, 0, 0]))  # pairs that do not differ do not count
 
