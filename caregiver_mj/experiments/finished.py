@@ -18,7 +18,14 @@ from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.experiments import statistics
 from caregiver_mj.experiments.evaluation import LARGEST, Tables, sum_up
-from caregiver_mj.experiments.run_folder import RunFolder, check_folder, describe_differences, read_json, unlike
+from caregiver_mj.experiments.run_folder import (
+    RunFolder,
+    check_folder,
+    describe_differences,
+    in_short,
+    read_json,
+    unlike,
+)
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.spec import BARE_TABLES, episode_seed
 from caregiver_mj.experiments.summary import judge, judge_run
@@ -63,7 +70,6 @@ _FILES = {  # files of a finished run, and messages if they are missing
     "maps.parquet": "the run in '{}' has no maps.parquet: run it again",
 }
 _NUMBER = 8  # bytes a number in a table
-_LONGEST_REASON = 300  # characters quoted from a library's error
 _NOT_SETTINGS = ("epsilons", "extended_at", "file", "houses")  # derived keys, or without effect on rows
 
 
@@ -222,11 +228,6 @@ def _fits_in_column(kind: Any) -> bool:
 
     kinds = (types.is_integer, types.is_floating, types.is_boolean, types.is_string, types.is_large_string)
     return any(fits(kind) for fits in kinds) or (types.is_list(kind) and types.is_floating(kind.value_type))
-
-
-def in_short(error: Exception) -> str:
-    """Return a library's error as one short line, because a stranger's file may be quoted in it."""
-    return plain(error, _LONGEST_REASON) or type(error).__name__
 
 
 def _who(found: Finished) -> set[tuple[str, str]]:

@@ -25,7 +25,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.outside import LARGEST_JSON, parse_json, read_file
+from caregiver_mj.outside import LARGEST_JSON, parse_json, plain, read_file
 from caregiver_mj.recording.record import COLUMNS
 
 if sys.platform == "win32":
@@ -43,7 +43,7 @@ _FILES = (".lock", "run.json", "episodes.parquet", "summary.json", "maps.parquet
 _LONGEST = 200  # bytes of the name of a block's file; file systems permit 255
 Record = dict[str, Any]  # record of a run, as JSON
 _CHECKED_APART = ("file", "caregivers", "episodes", "code", "source", "extended_at")  # all other keys must be equal
-_LONGEST_VALUE = 200  # characters of a value in a message
+_LONGEST_VALUE, _LONGEST_REASON = 200, 300  # characters in a message: of a value, and of a library's error
 _CHANGED = "the {} has changed, from {} to {}; put it back, or take another folder"
 
 
@@ -228,6 +228,11 @@ def _reason(error: Exception) -> str:
     """Return the operating system's reason for an error."""
     cause = error.__cause__ if isinstance(error.__cause__, OSError) else error
     return getattr(cause, "strerror", None) or str(cause)
+
+
+def in_short(error: Exception) -> str:
+    """Return a library's error as one short line, because a stranger's file may be quoted in it."""
+    return plain(error, _LONGEST_REASON) or type(error).__name__
 
 
 def resumed_record(found: Record, wanted: Record) -> Record:

@@ -27,10 +27,10 @@ from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.experiments import two_level
 from caregiver_mj.experiments.evaluation import Tables, belongs, sum_up, tables_of
-from caregiver_mj.experiments.finished import in_short, read_finished
+from caregiver_mj.experiments.finished import read_finished
 from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.experiments.provenance import difference, source_digest, versions
-from caregiver_mj.experiments.run_folder import Result, extended_at, read_block, write_whole
+from caregiver_mj.experiments.run_folder import Result, extended_at, in_short, read_block, write_whole
 from caregiver_mj.experiments.runner import MAPS, check_answers, run_block
 from caregiver_mj.experiments.score import with_costs
 from caregiver_mj.experiments.settings import GRID_BLOCK, Block, Settings
