@@ -29,15 +29,7 @@ from caregiver_mj.experiments.run_folder import (
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.spec import BARE_TABLES, episode_seed
 from caregiver_mj.experiments.summary import judge, judge_run
-from caregiver_mj.outside import (
-    LARGEST_JSON,
-    LARGEST_PIECE,
-    LARGEST_RATIO,
-    LARGEST_TABLE,
-    limited_memory,
-    plain,
-    read_file,
-)
+from caregiver_mj.outside import LARGEST_JSON, LARGEST_PIECE, LARGEST_RATIO, LARGEST_TABLE, limited_memory, read_file
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.recording.record import COLUMNS, MEASURES
 
