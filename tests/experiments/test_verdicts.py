@@ -34,23 +34,24 @@ from caregiver_mj.experiments.verdicts import (
     ],
 )
 def test_sign_flips_by_hand(difference, p):
-    assert sign_flip_p(np.array(difference)) == pytest.approx(p)
-    assert sign_flip_p(-7.3 * np.array(difference)) == pytest.approx(p)
+    assert sign_flip_p(np.outer(difference, [1, -7.3])) == pytest.approx([p, p])
 
 
 def test_many_signs_are_drawn():
     difference = np.array([1.0] * 21 + [-1.0] * 9)
-    assert sign_flip_p(difference) == pytest.approx(stats.binomtest(21, 30).pvalue, rel=0.05)
-    assert sign_flip_p(difference) == sign_flip_p(difference[::-1])
-    assert sign_flip_p(np.ones(300)) == pytest.approx(300 / 10_000_000, rel=1e-3)  # the least there can be
-    assert sign_flip_p(np.ones(300), tests=1_000) == pytest.approx(1 / 100_000)  # less, to be corrected for many
+    one, turned = sign_flip_p(np.stack([difference, difference[::-1]], axis=1))
+    assert one == turned == pytest.approx(stats.binomtest(21, 30).pvalue, rel=0.05)
+    alike = np.ones((300, 1))
+    assert sign_flip_p(alike) == pytest.approx(300 / 10_000_000, rel=1e-3)  # the least there can be
+    assert sign_flip_p(alike, tests=1_000) == pytest.approx(1 / 100_000)  # less, to be corrected for many
 
 
 Compared = collections.namedtuple("Compared", ("estimate", "p", "verdict"))
 
 
 def compare_means(ours, theirs):
-    estimate, p = of_difference(ours, theirs), sign_flip_p(ours - theirs) if enough(ours - theirs) else np.nan
+    estimate, difference = of_difference(ours, theirs), ours - theirs
+    p = sign_flip_p(difference[:, None]).item() if enough(difference) else np.nan
     return Compared(estimate, p, verdict(p, estimate.low, estimate.high))
 
 
