@@ -1,7 +1,6 @@
 """Film the beginning of an episode of `evaluate` in the grid, from above, as a GIF.
 
-It uses only stable parts of the package, so that it also runs with older versions. With `--sight` it shows the cells in
-view lighter, the belief about a child in red, and an unseen child as a ring.
+With `--sight` it shows the cells in view lighter, the belief about a child in red, and an unseen child as a ring.
 """
 
 from __future__ import annotations
@@ -20,6 +19,7 @@ from caregiver_mj.interventions.verb import verb_of
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.chart import GroundPlan
+from studies.gif import write
 
 CELL, PAD, CAPTION = 26, 8, 26  # pixels
 MILLISECONDS = 160  # of a frame; there is one for the child's move and for each action of the caregiver
@@ -111,9 +111,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     world.film = Film(plan)
     for _ in range(options.end):
         world.step()
-    palette = world.film.pictures[0].quantize(255, dither=Image.Dither.NONE)
-    first, *others = (one.quantize(palette=palette, dither=Image.Dither.NONE) for one in world.film.pictures)
-    first.save(options.out, save_all=True, append_images=others, duration=MILLISECONDS, loop=0, optimize=True)
+    write(options.out, world.film.pictures, MILLISECONDS)
     print(f"{options.out}: damage {world.ledger.damage[0]:g} in {options.end} timesteps")
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import pathlib
-import re
 import sys
 import tempfile
 import tomllib
@@ -121,29 +120,24 @@ def draw(found: set[tuple[str, str]]) -> Figure:
     return figure
 
 
-def sizes() -> dict[str, tuple[int, int, int]]:
-    """Return the lines, modules and occurring glossary words of each part; studies include the lines of their pages."""
-    _, _, glossary = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").partition("\n## Words\n")
-    rows = re.findall(r"^\| ([a-z, ]+) \|", glossary.partition("\n## ")[0], re.M)[1:]
-    words = [word for row in rows for word in row.split(", ")]
+def sizes() -> dict[str, tuple[int, int]]:
+    """Return the lines and modules of each part; studies include the lines of their pages."""
     found = {}
     for part, roots in _PARTS.items():
         files = [f for root in roots for f in (ROOT / root, *(ROOT / root).rglob("*")) if f.suffix in (".py", ".md")]
         texts = {f: f.read_text(encoding="utf-8") for f in files if f.suffix == ".py" or part == "studies"}
-        used = set(re.findall(r"[a-z]+", " ".join(texts.values()).lower()))
         lines = sum(text.count("\n") for text in texts.values())
-        count = sum(set(word.split()) <= used for word in words)
-        found[part] = lines, sum(f.suffix == ".py" for f in texts), count
+        found[part] = lines, sum(f.suffix == ".py" for f in texts)
     return found
 
 
 def main() -> None:
     """Draw the picture, or print the sizes."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--sizes", action="store_true", help="print lines, modules and words instead")
+    parser.add_argument("--sizes", action="store_true", help="print lines and modules instead")
     if parser.parse_args().sizes:
-        for part, (lines, modules, words) in sizes().items():
-            print(f"{part}: {lines} lines, {modules} modules, {words} words of the glossary")
+        for part, (lines, modules) in sizes().items():
+            print(f"{part}: {lines} lines, {modules} modules")
         return
     found = arrows(graph())
     PICTURE.parent.mkdir(exist_ok=True)

@@ -21,7 +21,6 @@ import re
 import shlex
 import sys
 import textwrap
-import types
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from typing import Any, TypeVar
 
@@ -181,9 +180,7 @@ class Page:
         environment.globals["table"] = table
         return fill(environment.get_template(f"{study}.md").render(self.values, command=command))
 
-    def write(
-        self, folder: pathlib.Path, study: str, text: str, tables: Mapping[str, str] = types.MappingProxyType({})
-    ) -> None:
+    def write(self, folder: pathlib.Path, study: str, text: str, tables: Mapping[str, str]) -> None:
         """Write the page, with the marks that it had, the tables beside it, and its figures."""
         folder.mkdir(parents=True, exist_ok=True)
         if (page := folder / f"{self.name or study}.md").exists():
@@ -211,11 +208,11 @@ def take_tables(text: str) -> tuple[str, dict[str, str]]:
         The page without them, and each as CSV, by the name of its file. Tables of one name are one file: their titles
         must be equal.
     """
-    tables: dict[str, str] = {}
+    files: dict[str, io.StringIO] = {}
     for name, lines in _TABLE.findall(text):
-        titles, *rows = markdown_cells(lines)
-        rows = rows if name in tables else [titles, *rows]
-        tables[name] = tables.get(name, "") + as_csv(rows)
+        rows = markdown_cells(lines)[name in files :]
+        csv.writer(files.setdefault(name, io.StringIO()), lineterminator="\n").writerows(rows)
+    tables = {name: file.getvalue() for name, file in files.items()}
     return _TABLE.sub("", text).rstrip("\n") + "\n", tables
 
 
@@ -234,13 +231,6 @@ def read_table(docs: pathlib.Path, page: str, before: str = "") -> Rows:
         text = text.partition(before)[2]
         titles, *rows = markdown_cells(text[text.index("\n|") :].lstrip().partition("\n\n")[0])
     return [dict(zip(titles, row, strict=True)) for row in rows]
-
-
-def as_csv(rows: Iterable[Iterable[str]]) -> str:
-    """Rows as lines of a CSV file."""
-    file = io.StringIO()
-    csv.writer(file, lineterminator="\n").writerows(rows)
-    return file.getvalue()
 
 
 def fill(text: str) -> str:

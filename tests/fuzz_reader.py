@@ -3,7 +3,6 @@
 import base64
 import contextlib
 import copy
-import hashlib
 import io
 import json
 import os
@@ -12,9 +11,9 @@ import random
 import shutil
 import sys
 import time
-import zipfile
 
 import pandas as pd
+from submissions import parts_of, write
 
 from caregiver_mj import cli
 from caregiver_mj.caregivers.answers import replayed

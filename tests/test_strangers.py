@@ -16,16 +16,12 @@ import zipfile
 import numpy as np
 import pandas as pd
 import pytest
-from fuzz_reader import parts_of, write
+from submissions import parts_of, run, write
 
 from caregiver_mj import cli
 
 COUNT = int(os.environ.get("CAREGIVER_FUZZ", "20"))
 TEXT = "######\n#B.S.#\n#....#\n#C..T#\n######\n"
-
-
-def run(*arguments):
-    return cli.main([*map(str, arguments)])
 
 
 @pytest.fixture(scope="module")

@@ -79,7 +79,6 @@ def _run(arguments: argparse.Namespace) -> None:
         executor.check(settings.code)
         folder = None
         if arguments.out is not None:
-            evaluation.check_folder(arguments.out)
             folder = RunFolder(arguments.out, settings.record(), resume=arguments.resume)
         result = evaluate_visibly(settings, folder, executor, arguments)
         print_summary(result.summary, arguments.json)

@@ -17,7 +17,7 @@ from caregiver_mj.caregivers.registry import PLAYERS, find_caregiver
 from caregiver_mj.cli import parsing
 from caregiver_mj.cli.runs import output, print_table
 from caregiver_mj.errors import CaregiverError, RenderingError
-from caregiver_mj.experiments.evaluation import check_folder, evaluate
+from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.runner import run_block
 from caregiver_mj.experiments.settings import Settings
@@ -166,7 +166,6 @@ def _next_of_run(out: str, played: EpisodeSpec) -> tuple[EpisodeSpec, Callable[[
     def run(episodes: int) -> Settings:
         return Settings.around(played, ("none", who), episodes)
 
-    check_folder(out)
     RunFolder(out, run(max(1, number)).record(), resume=True)  # raises now rather than at the end
 
     def keep(over: EpisodeSpec, episode: Episode) -> None:

@@ -9,8 +9,6 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import functools
-import os
-import pathlib
 import sys
 import tempfile
 from collections.abc import Callable, Sequence
@@ -21,7 +19,7 @@ import numpy as np
 from caregiver_mj.caregivers.registry import check_acts_alone, find_caregiver, is_caregiver, make_caregiver
 from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.errors import CaregiverError, check_kind
-from caregiver_mj.experiments.run_folder import Result, RunFolder
+from caregiver_mj.experiments.run_folder import Result, RunFolder, check_folder  # noqa: F401 (imported from here)
 from caregiver_mj.experiments.runner import MAPS, make_house, run_block
 from caregiver_mj.experiments.settings import GRID_BLOCK, Block, Settings
 from caregiver_mj.experiments.spec import BARE_TABLES, episode_seed
@@ -120,25 +118,6 @@ def sum_up(settings: Settings, parts: Sequence[Tables]) -> Evaluation:
     episodes, maps = merge(settings, parts)
     houses = by_house(episodes)
     return Evaluation(episodes, summarise(settings, episodes, houses), maps, houses)
-
-
-def check_folder(path: str | os.PathLike[str]) -> None:
-    """Raise CaregiverError if writing into a run's folder, perhaps a stranger's, would write through a link."""
-    folder = pathlib.Path(path)
-    places = {".lock": pathlib.Path.is_file, "episodes": pathlib.Path.is_dir, "exchanges": pathlib.Path.is_dir}
-    try:
-        for name, fits in places.items():
-            there = folder / name
-            if there.is_symlink() or (there.exists() and not fits(there)):
-                kind = "file" if name == ".lock" else "folder"
-                raise CaregiverError(f"'{there}' must be a {kind}, got another thing or a link: take another folder")
-        for there in (folder / "exchanges").glob("*"):  # files to append to
-            if there.is_symlink() or not there.is_file():
-                raise CaregiverError(f"'{there}' must be a file, got another thing or a link: take another folder")
-    except OSError as error:
-        raise CaregiverError(f"output folder '{path}' cannot be written: {error.strerror}") from None
-    except ValueError:  # a name that no file can have, which is refused where the folder is made
-        pass
 
 
 @functools.lru_cache(maxsize=1)  # called before a folder is made, and again by `evaluate`

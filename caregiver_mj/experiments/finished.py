@@ -18,19 +18,18 @@ from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.experiments import statistics
 from caregiver_mj.experiments.evaluation import LARGEST, Tables, sum_up
-from caregiver_mj.experiments.run_folder import RunFolder, describe_differences, read_json, unlike
+from caregiver_mj.experiments.run_folder import (
+    RunFolder,
+    check_folder,
+    describe_differences,
+    in_short,
+    read_json,
+    unlike,
+)
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.spec import BARE_TABLES, episode_seed
 from caregiver_mj.experiments.summary import by_house, judge, judge_run
-from caregiver_mj.outside import (
-    LARGEST_JSON,
-    LARGEST_PIECE,
-    LARGEST_RATIO,
-    LARGEST_TABLE,
-    limited_memory,
-    plain,
-    read_file,
-)
+from caregiver_mj.outside import LARGEST_JSON, LARGEST_PIECE, LARGEST_RATIO, LARGEST_TABLE, limited_memory, read_file
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.recording.record import COLUMNS, MEASURES
 
@@ -63,7 +62,6 @@ _FILES = {  # files of a finished run, and messages if they are missing
     "maps.parquet": "the run in '{}' has no maps.parquet: run it again",
 }
 _NUMBER = 8  # bytes a number in a table
-_LONGEST_REASON = 300  # characters quoted from a library's error
 _NOT_SETTINGS = ("epsilons", "extended_at", "file", "houses")  # derived keys, or without effect on rows
 
 
@@ -107,13 +105,14 @@ def read_finished(folder: str | os.PathLike[str]) -> Finished:
     """Read a finished run.
 
     Raises:
-        CaregiverError: The folder holds no finished run, or one of its files was changed.
+        CaregiverError: The folder holds no finished run or has links, or one of its files was changed.
     """
     path = pathlib.Path(folder)
     try:
         for name, message in _FILES.items():
             if not (path / name).is_file():
                 raise CaregiverError(message.format(path))
+        check_folder(path)
     except OSError as error:
         raise CaregiverError(f"the run in '{path}' cannot be read: {error.strerror}") from None
     try:
@@ -129,7 +128,7 @@ def read_finished(folder: str | os.PathLike[str]) -> Finished:
     except CaregiverError as error:
         raise CaregiverError(f"the run in '{folder}' cannot be read: {error}") from None
     except Exception as error:  # the files may hold anything
-        raise CaregiverError(f"the run in '{folder}' cannot be read: {_words(error)}") from error
+        raise CaregiverError(f"the run in '{folder}' cannot be read: {in_short(error)}") from error
     for name, wrong in foreign.items():
         if wrong:
             raise CaregiverError(f"the run in '{folder}' cannot be read: its {name} is that of another run; {_ANEW}")
@@ -181,7 +180,7 @@ def _read_file(path: pathlib.Path, read: Callable[[pathlib.Path], Any]) -> Any:
         return read(path)
     except Exception as error:
         mend = "" if path.name == "run.json" else f"; {_ANEW}"
-        raise CaregiverError(f"its {path.name} is damaged ({_words(error)}){mend}") from error
+        raise CaregiverError(f"its {path.name} is damaged ({in_short(error)}){mend}") from error
 
 
 def _dictionary(path: pathlib.Path) -> dict[str, Any]:
@@ -224,10 +223,6 @@ def _fits_in_column(kind: Any) -> bool:
 
     kinds = (types.is_integer, types.is_floating, types.is_boolean, types.is_string, types.is_large_string)
     return any(fits(kind) for fits in kinds) or (types.is_list(kind) and types.is_floating(kind.value_type))
-
-
-def _words(error: Exception) -> str:
-    return plain(error, _LONGEST_REASON) or type(error).__name__
 
 
 def _who(found: Finished) -> set[tuple[str, str]]:

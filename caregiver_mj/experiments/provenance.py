@@ -8,12 +8,10 @@ import functools
 import hashlib
 import importlib.metadata
 import importlib.util
-import io
 import os
 import pathlib
 import platform
 import sys
-import tokenize
 from collections.abc import Container, Iterable, Iterator, Mapping
 from typing import Any
 
@@ -30,6 +28,7 @@ _EPISODES = (f"{OWN}.experiments.runner", f"{OWN}.caregivers")  # run the episod
 _MODELS = (".txt", ".xml")  # suffixes of model files that can change results
 _NOT_IN_GRID = frozenset(("house", "models", "policy", "robot", "tasks"))  # rooms without effect on the grid
 _SHOW = frozenset(("cli", "viz"))  # rooms without effect on any row
+_DOCUMENTED = ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef
 _LIBRARIES = ("numpy", "mujoco", "dm_control", "mink", "ruckig")
 
 
@@ -110,13 +109,7 @@ def _files(folder: pathlib.Path, name: str) -> set[pathlib.Path]:
 
 def imported(folder: pathlib.Path, source: pathlib.Path) -> Iterator[str]:
     """Yield the full names that a source file imports at any level, relative to a folder."""
-    if source.suffix != ".py":
-        return
-    try:
-        tree = ast.parse(source.read_bytes())
-    except SyntaxError:  # edited since it was imported
-        return
-    for node in ast.walk(tree):
+    for node in ast.walk(_tree(source)) if source.suffix == ".py" else ():
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -146,7 +139,7 @@ def difference(found: Mapping[str, str | None], wanted: Mapping[str, str]) -> st
 
 @functools.cache
 def source_digest(world: str = "house", modules: tuple[str, ...] = ()) -> str:
-    """Return a digest of the code that decides an episode, without comments and docstrings.
+    """Return a digest of the code that decides an episode, without comments, docstrings and layout.
 
     It covers `experiments.runner`, the caregivers, further `modules` by full name, all their imports at any level, and
     in the house the models. In the grid it leaves out the robot and the physical house.
@@ -159,23 +152,33 @@ def source_digest(world: str = "house", modules: tuple[str, ...] = ()) -> str:
 
 
 def code(path: pathlib.Path) -> bytes:
-    """Return a module's source without comments, docstrings and blank lines."""
+    """Return a module's syntax tree without comments, docstrings and layout, the same in all versions of Python."""
+    tree = _tree(path)
+    for node in ast.walk(tree):
+        if isinstance(node, _DOCUMENTED) and ast.get_docstring(node, clean=False) is not None:
+            del node.body[0]
+    return repr(_plain(tree)).encode()
+
+
+def _tree(path: pathlib.Path) -> ast.Module:
+    """Return a module's syntax tree; if it is no program any more, that of its text."""
     source = path.read_bytes()
     try:
-        tree, tokens = ast.parse(source), list(tokenize.tokenize(io.BytesIO(source).readline))
-    except (SyntaxError, tokenize.TokenError):  # edited since it was imported
-        return source
-    lines = source.decode().splitlines()
-    for token in tokens:
-        if token.type == tokenize.COMMENT:
-            row, column = token.start
-            lines[row - 1] = lines[row - 1][:column]
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(node) is not None:
-            docstring = node.body[0]
-            for row in range(docstring.lineno - 1, docstring.end_lineno or 0):
-                lines[row] = ""
-    return "\n".join(filter(None, map(str.rstrip, lines))).encode()
+        return ast.parse(source)
+    except SyntaxError:  # edited since it was imported
+        return ast.parse(repr(source))
+
+
+def _plain(node: Any) -> Any:
+    """Return a syntax tree as tuples, without fields and parts of f-strings that only some versions of Python have."""
+    if isinstance(node, list):
+        return [*map(_plain, node)]
+    if not isinstance(node, ast.AST):
+        return node
+    if isinstance(node, ast.JoinedStr):
+        node.values = [part for part in node.values if getattr(part, "value", None) != ""]
+    fields = [(name, _plain(value)) for name, value in ast.iter_fields(node)]
+    return type(node).__name__, [field for field in fields if field[1] not in (None, [])]
 
 
 def _digest(contents: Mapping[str, bytes]) -> str:

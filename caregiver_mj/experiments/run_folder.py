@@ -21,11 +21,11 @@ import os
 import pathlib
 import sys
 import weakref
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.outside import LARGEST_JSON, parse_json, read_file
+from caregiver_mj.outside import LARGEST_JSON, parse_json, plain, read_file
 from caregiver_mj.recording.record import COLUMNS
 
 if sys.platform == "win32":
@@ -38,15 +38,31 @@ if TYPE_CHECKING:
 
 
 Result = dict[str, Any]  # result of a block, as JSON: its "rows", and "maps" by name
+_FOLDERS = ("episodes", "exchanges")  # which hold files only
+_FILES = (".lock", "run.json", "episodes.parquet", "summary.json", "maps.parquet", "houses.parquet")
 _LONGEST = 200  # bytes of the name of a block's file; file systems permit 255
 Record = dict[str, Any]  # record of a run, as JSON
 _CHECKED_APART = ("file", "caregivers", "episodes", "code", "source", "extended_at")  # all other keys must be equal
-_LONGEST_VALUE = 200  # characters of a value in a message
+_LONGEST_VALUE, _LONGEST_REASON = 200, 300  # characters in a message: of a value, and of a library's error
 _CHANGED = "the {} has changed, from {} to {}; put it back, or take another folder"
 
 
 class StorageError(CaregiverError):
     """A result could not be written; earlier files are whole."""
+
+
+def check_folder(path: str | os.PathLike[str]) -> None:
+    """Raise CaregiverError if reading or writing a run's folder, perhaps a stranger's, would go through a link."""
+    folder = pathlib.Path(path)
+
+    def check(kind: str, fits: Callable[[pathlib.Path], bool], places: Iterable[pathlib.Path]) -> None:
+        for there in places:
+            if there.is_symlink() or (there.exists() and not fits(there)):
+                raise CaregiverError(f"'{there}' must be a {kind}, got another thing or a link: take another folder")
+
+    check("folder", pathlib.Path.is_dir, [folder / name for name in _FOLDERS])
+    check("file", pathlib.Path.is_file, [folder / name for name in _FILES])
+    check("file", pathlib.Path.is_file, (there for name in _FOLDERS for there in (folder / name).glob("*")))
 
 
 class RunFolder:
@@ -58,7 +74,8 @@ class RunFolder:
         The settings are all that the results depend on, as JSON.
 
         Raises:
-            CaregiverError: The folder cannot be written, holds a run without `resume`, or one with other settings.
+            CaregiverError: The folder cannot be written, has links, holds a run without `resume`, or one with other
+                settings.
         """
         self.path = pathlib.Path(path)
         self._episodes = self.path / "episodes"
@@ -66,6 +83,7 @@ class RunFolder:
             raise CaregiverError("the output folder must have a name, got an empty one")
         record = self.path / "run.json"
         try:
+            check_folder(path)
             self._episodes.mkdir(parents=True, exist_ok=True)
             self._lock = _lock(self.path)  # before touching files that another run may be writing
             for leftover in [*self.path.glob("*.tmp"), *self._episodes.glob("*.tmp")]:
@@ -212,6 +230,11 @@ def _reason(error: Exception) -> str:
     return getattr(cause, "strerror", None) or str(cause)
 
 
+def in_short(error: Exception) -> str:
+    """Return a library's error as one short line, because a stranger's file may be quoted in it."""
+    return plain(error, _LONGEST_REASON) or type(error).__name__
+
+
 def resumed_record(found: Record, wanted: Record) -> Record:
     """Return the record of a run resumed with the same settings, or more episodes or caregivers.
 
@@ -238,14 +261,14 @@ def resumed_record(found: Record, wanted: Record) -> Record:
     if wrong := describe_differences(keys, found, wanted) or _other_code(found, wanted):
         less = "; a run can be added to, but not cut" if keys and {*keys} <= {"caregivers", "episodes"} else ""
         raise CaregiverError("; ".join(wrong) + less)
-    extended = _extended_at(found, wanted["episodes"])
+    extended = extended_at(found, wanted["episodes"])
     if there == here and episodes == wanted["episodes"]:
         return found
     return {**wanted, **({"extended_at": extended} if extended else {})}
 
 
-def _extended_at(found: Record, wanted: int) -> list[int]:
-    """Return the numbers of episodes that a run had before each extension."""
+def extended_at(found: Mapping[str, Any], wanted: int) -> list[int]:
+    """Return the numbers of episodes that a run had before each extension, up to those wanted."""
     before = found.get("extended_at", [])
     if isinstance(before, list) and all(isinstance(step, int) for step in before):
         steps = [0, *before, *sorted({found["episodes"], wanted})]

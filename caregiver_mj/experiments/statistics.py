@@ -87,8 +87,7 @@ def comparison_rows(episodes: pd.DataFrame, caregiver: str, baseline: str) -> li
             row |= _columns("score", alone.estimators.of_ratio(*both, least=-np.inf).column(0))
         found = ours.estimators.of_difference(ours.values(columns), theirs.values(columns))
         differences = ours.units(columns) - theirs.units(columns)
-        flipped = np.atleast_1d(verdicts.sign_flip_p(differences, tests))
-        for i, (column, p) in enumerate(zip(columns, flipped, strict=True)):
+        for i, (column, p) in enumerate(zip(columns, verdicts.sign_flip_p(differences, tests), strict=True)):
             p = _number(p) if verdicts.enough(differences[:, i]) else None
             row |= _columns(f"{column}_difference_mean", found.column(i)) | {f"{column}_p": p}
         rows.append(row)

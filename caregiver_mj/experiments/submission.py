@@ -30,7 +30,7 @@ from caregiver_mj.experiments.evaluation import Tables, belongs, sum_up, tables_
 from caregiver_mj.experiments.finished import read_finished
 from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.experiments.provenance import difference, source_digest, versions
-from caregiver_mj.experiments.run_folder import Result, read_block, write_whole
+from caregiver_mj.experiments.run_folder import Result, extended_at, in_short, read_block, write_whole
 from caregiver_mj.experiments.runner import MAPS, check_answers, run_block
 from caregiver_mj.experiments.score import with_costs
 from caregiver_mj.experiments.settings import GRID_BLOCK, Block, Settings
@@ -45,7 +45,6 @@ from caregiver_mj.plans.sets import packaged
 SUFFIX = ".submission"
 _CARD, _RUN, _SUMS = "card.json", "run.json", "sha256.json"
 _PART = b"PK\1\2"  # start of a zip file's directory entries
-_LONGEST_REASON = 300  # characters quoted from a library's error
 _IN_CODE = str.maketrans({"|": "/", "`": "'"})  # characters that would end code in a table
 _KEYS = {"rows", "maps", "answers"}  # keys of a block's result
 _EVENTS = ("strikes", "candles_dropped")  # columns of the house only
@@ -95,9 +94,9 @@ def submit(run: str | os.PathLike[str], path: str | os.PathLike[str], card: Mapp
         raise CaregiverError(f"the file must be a new one, got '{path}', which exists")
     if "pooled" in found.record:
         raise CaregiverError(f"the run in '{run}' must be one run, got several pooled: submit each of them")
-    extended_at = _extended_at(found.settings, found.record)
+    added = extended_at(found.record, found.settings.episodes)
     files: dict[str, Any] = {_CARD: dict(card), _RUN: found.record}
-    for number, block in enumerate(found.settings.blocks(extended_at=extended_at)):
+    for number, block in enumerate(found.settings.blocks(extended_at=added)):
         result = read_block(found.path, str(block))
         if result is None or not belongs(found.settings, block, result):
             raise CaregiverError(
@@ -149,8 +148,8 @@ def read_submission(path: str | os.PathLike[str], *, trust: bool = False) -> Sub
     except FileNotFoundError:
         raise CaregiverError(f"there is no file '{path}'") from None
     except Exception as error:  # a stranger's file may be deeply nested, encrypted, or compressed in another way
-        what = f"there is no {error} in it" if isinstance(error, KeyError) else plain(error, _LONGEST_REASON)
-        raise CaregiverError(f"'{path}' is no submission, or a damaged one: {what or type(error).__name__}") from None
+        what = f"there is no {error} in it" if isinstance(error, KeyError) else in_short(error)
+        raise CaregiverError(f"'{path}' is no submission, or a damaged one: {what}") from None
 
 
 def _check_size(packed: zipfile.ZipFile, size: int) -> None:
@@ -190,7 +189,7 @@ def _read(path: pathlib.Path, packed: zipfile.ZipFile, trust: bool) -> Submissio
         settings.check_installed()
     _check_houses(settings)
     names = [name for name in packed.namelist() if name not in (_SUMS, _CARD, _RUN)]
-    return Submission(path, card, settings, _results(settings, _extended_at(settings, record), names, read))
+    return Submission(path, card, settings, _results(settings, extended_at(record, settings.episodes), names, read))
 
 
 def _check_houses(settings: Settings) -> None:
@@ -217,24 +216,15 @@ def _check_houses(settings: Settings) -> None:
         raise CaregiverError(f"houses '{plain(settings.houses)}' must be the package's, got other plans")
 
 
-def _extended_at(settings: Settings, record: Mapping[str, Any]) -> list[int]:
-    """Return the numbers of episodes that a run had before more were added."""
-    found = record.get("extended_at", [])
-    whole = isinstance(found, list) and all(isinstance(step, int) and 0 < step < settings.episodes for step in found)
-    if not whole or found != sorted({*found}):
-        raise CaregiverError(f"extended_at must be rising numbers of its episodes, got {found}")
-    return list(found)
-
-
 def _results(
-    settings: Settings, extended_at: Sequence[int], names: Sequence[str], read: Callable[[str], Any]
+    settings: Settings, added: Sequence[int], names: Sequence[str], read: Callable[[str], Any]
 ) -> dict[Block, Result]:
     """Return the claimed result of each block, or raise CaregiverError or ValueError; `read` reads a file by name."""
     rows = len(settings.plans) * len(settings.caregivers) * len(settings.families) * settings.episodes
     if rows > len(names) * (GRID_BLOCK if settings.world == "grid" else 1):
         raise ValueError(f"it has {len(names)} files of episodes, too few for {rows:,}")
     results, left = {}, {*names}
-    for number, block in enumerate(settings.blocks(extended_at=extended_at)):
+    for number, block in enumerate(settings.blocks(extended_at=added)):
         left.discard(name := _name(number))
         results[block] = result = read(name)
         if not (belongs(settings, block, result) and result.keys() == _KEYS):
@@ -287,7 +277,7 @@ def _again(settings: Settings, claim: _Claim) -> Result | str:
     except CaregiverError as error:
         return str(error)
     except Exception as error:  # the answers may be a stranger's
-        return f"{type(error).__name__}: {plain(error, _LONGEST_REASON)}"
+        return f"{type(error).__name__}: {in_short(error)}"
 
 
 def _differences(said: Result, found: Result | str) -> Iterator[str]:

@@ -18,7 +18,7 @@ with six that differ, no p is below 1 / 2⁶ = .016. The summary states in how m
 from __future__ import annotations
 
 import enum
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -79,10 +79,12 @@ def summarise(settings: Settings, episodes: pd.DataFrame, houses: pd.DataFrame) 
         (rule, other) for rule in RULE if rule in ran for other in ran if other not in ("none", *RULE, BARE_TABLES)
     ]
     costs = with_costs(episodes, settings.plans)
-    with_none = [row for pair in against_none for row in statistics.comparison_rows(costs, *pair)]
+    with_none, beside = (
+        [row for pair in pairs for row in statistics.comparison_rows(costs, *pair)] for pairs in (against_none, others)
+    )
     damage = harm(houses)
     verdicts = judge(episodes, damage, [*map(dict, with_none)])  # before these rows are judged together
-    comparisons = statistics.judged_together(with_none) + compared_together(costs, others)
+    comparisons = statistics.judged_together(with_none) + statistics.judged_together(beside)
     return {
         "verdicts": verdicts,
         "harm": damage,
@@ -91,11 +93,6 @@ def summarise(settings: Settings, episodes: pd.DataFrame, houses: pd.DataFrame) 
         "versions": versions(),
         "seed": settings.seed,
     }
-
-
-def compared_together(episodes: pd.DataFrame, pairs: Iterable[tuple[str, str]]) -> list[dict[str, Any]]:
-    """Return the comparisons of pairs of caregivers, with one correction for all of them."""
-    return statistics.judged_together([row for pair in pairs for row in statistics.comparison_rows(episodes, *pair)])
 
 
 def by_house(episodes: pd.DataFrame) -> pd.DataFrame:

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from caregiver_mj.experiments.intervals import CONFIDENCE, Estimate, of_ratio
+from caregiver_mj.experiments.intervals import CONFIDENCE, Estimate
 
 # Greatest irrelevant difference, as a share of the other caregiver's mean; stated before any comparison.
 MARGINS = {
@@ -64,23 +64,22 @@ def holm(p: np.ndarray) -> np.ndarray:
     return corrected
 
 
-def not_inferior(ours: np.ndarray, theirs: np.ndarray, margin: float, ratio: Estimate[float] | None = None) -> Verdict:
+def not_inferior(ours: np.ndarray, theirs: np.ndarray, margin: float, ratio: Estimate[float]) -> Verdict:
     """Test, one-sided at 2.5 %, by the interval of the ratio, whether ours are less by less than a margin.
 
     Args:
         ours: Sample (n,), not negative; more is better.
         theirs: Paired sample (n,).
         margin: Greatest irrelevant difference, as a share of the larger mean.
-        ratio: Ratio of means, if known already with its interval, such as one over houses.
+        ratio: Ratio of their means with its interval.
     """
     least = 1 - margin
     if not enough(_sides(ours, theirs, least)[0]):
         return Verdict.NONE
-    _, low, high = ratio or of_ratio(ours, theirs)
-    return Verdict.NOT_INFERIOR if low > least else Verdict.INFERIOR if high < least else Verdict.NONE
+    return Verdict.NOT_INFERIOR if ratio.low > least else Verdict.INFERIOR if ratio.high < least else Verdict.NONE
 
 
-def equivalent(ours: np.ndarray, theirs: np.ndarray, margin: float, ratio: Estimate[float] | None = None) -> Verdict:
+def equivalent(ours: np.ndarray, theirs: np.ndarray, margin: float, ratio: Estimate[float]) -> Verdict:
     """Test, twice one-sided at 2.5 %, by the interval of the ratio, whether neither is less by a margin.
 
     The arguments are as of `not_inferior`.
@@ -88,7 +87,7 @@ def equivalent(ours: np.ndarray, theirs: np.ndarray, margin: float, ratio: Estim
     least = 1 - margin
     if not all(map(enough, _sides(ours, theirs, least))):
         return Verdict.NONE
-    _, low, high = ratio or of_ratio(ours, theirs)
+    _, low, high = ratio
     if low > least and high * least < 1:
         return Verdict.EQUIVALENT
     return Verdict.DIFFERENT if high < least or low * least > 1 else Verdict.NONE
@@ -101,7 +100,7 @@ def margin_p(ours: np.ndarray, theirs: np.ndarray, margin: float, *, both: bool 
     returns the larger p. `tests` is as of `sign_flip_p`.
     """
     sides = _sides(ours, theirs, 1 - margin)[: 1 + both]
-    return max(float(sign_flip_p(side, tests)) for side in sides) if all(map(enough, sides)) else np.nan
+    return float(sign_flip_p(np.stack(sides, axis=1), tests).max()) if all(map(enough, sides)) else np.nan
 
 
 def _sides(ours: np.ndarray, theirs: np.ndarray, least: float) -> list[np.ndarray]:
@@ -109,15 +108,21 @@ def _sides(ours: np.ndarray, theirs: np.ndarray, least: float) -> list[np.ndarra
     return [np.asarray(ours, float) - least * theirs, np.asarray(theirs, float) - least * ours]
 
 
-def sign_flip_p(difference: np.ndarray, tests: int = 1) -> np.ndarray | float:
-    """Return the two-sided p of a mean of zero, by flipping the signs of the differences.
+def sign_flip_p(difference: np.ndarray, tests: int = 1) -> np.ndarray:
+    """Return the two-sided p of a mean of zero for each column, (columns,), by flipping the signs of the differences.
 
     The absolute sum is compared with that under other signs: all of them for at most 20 differences other than zero,
     else random ones with a fixed seed: more if the p is later corrected for a number of `tests`. The differences are of
-    pairs, (n,), or of several measures, (n, columns).
+    pairs in several measures, (n, columns).
     """
     columns = np.asarray(difference, float)
-    return float(_p_of_columns(columns[:, None], tests)[0]) if columns.ndim == 1 else _p_of_columns(columns, tests)
+    p = np.ones(columns.shape[1])
+    many = np.count_nonzero(columns, axis=0) > _EXACT_PAIRS
+    for i in np.flatnonzero(~many):
+        p[i] = _p_of_all_signs(columns[columns[:, i] != 0, i])
+    if many.any():
+        p[many] = _p_of_drawn_signs(columns[:, many], tests)
+    return p
 
 
 def sign_flip_p_more(difference: np.ndarray, tests: int = 1) -> np.ndarray:
@@ -128,7 +133,7 @@ def sign_flip_p_more(difference: np.ndarray, tests: int = 1) -> np.ndarray:
     columns = np.asarray(difference, float)
     more = columns.sum(axis=0) > _TIE * np.abs(columns).sum(axis=0)
     p = np.ones(columns.shape[1])
-    p[more] = _p_of_columns(columns[:, more], tests) / 2
+    p[more] = sign_flip_p(columns[:, more], tests) / 2
     return p
 
 
@@ -142,17 +147,6 @@ def least_p_more(difference: np.ndarray, tests: int = 1) -> np.ndarray:
 def _flips(pairs: int, tests: int) -> int:
     least = max(_LEAST, math.ceil(_PER_TEST * tests / LEVEL))
     return int(np.clip(_SIGNS // pairs, least, max(_MOST, least)))
-
-
-def _p_of_columns(columns: np.ndarray, tests: int) -> np.ndarray:
-    """Return the two-sided p of each column of (n, columns)."""
-    p = np.ones(columns.shape[1])
-    many = np.count_nonzero(columns, axis=0) > _EXACT_PAIRS
-    for i in np.flatnonzero(~many):
-        p[i] = _p_of_all_signs(columns[columns[:, i] != 0, i])
-    if many.any():
-        p[many] = _p_of_drawn_signs(columns[:, many], tests)
-    return p
 
 
 def _p_of_all_signs(difference: np.ndarray) -> float:

@@ -352,10 +352,7 @@ def check_motion(log: EpisodeLog, robot: Embodiment) -> list[Check]:
 
 def pushed(log: EpisodeLog) -> np.ndarray:
     """At which physics steps a child touched the robot, or had just done so, (m,)."""
-    found = np.zeros(len(log.contact_speed), bool)
-    for step in np.flatnonzero(np.isfinite(log.contact_speed)):
-        found[step : step + 1 + round(_AFTER / log.physics_timestep)] = True
-    return found
+    return _at_and_after(np.isfinite(log.contact_speed), _AFTER, log)
 
 
 def off_a_pad(log: EpisodeLog) -> np.ndarray:
@@ -372,10 +369,12 @@ def off_a_pad(log: EpisodeLog) -> np.ndarray:
 
 def shut(log: EpisodeLog) -> np.ndarray:
     """At which physics steps a gate had just come to its stop, (m,)."""
-    found = np.zeros(len(log.shut), bool)
-    for step in np.flatnonzero((log.shut[1:] & ~log.shut[:-1]).any(axis=1)) + 1:
-        found[step : step + 1 + round(_LONG / log.physics_timestep)] = True
-    return found
+    return _at_and_after(np.diff(log.shut.astype(int), axis=0, prepend=1).max(axis=1, initial=0) > 0, _LONG, log)
+
+
+def _at_and_after(happens: np.ndarray, seconds: float, log: EpisodeLog) -> np.ndarray:
+    """Mark the physics steps in which something happens, and those of some seconds after each, (m,)."""
+    return np.convolve(happens, np.ones(1 + round(seconds / log.physics_timestep)))[: len(happens)] > 0
 
 
 def _differences(velocity: np.ndarray, steps: int, order: int, step: float) -> np.ndarray:

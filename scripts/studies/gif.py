@@ -6,7 +6,7 @@ import argparse
 import contextlib
 import dataclasses
 import pathlib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from PIL import Image
@@ -35,7 +35,7 @@ def frames(episode: Episode, begin: float, end: float, width: int, height: int) 
         yield Image.fromarray(studio.frame())
 
 
-def write(path: pathlib.Path, pictures: Iterator[Image.Image], milliseconds: int = 1000 // FRAMES_A_SECOND) -> None:
+def write(path: pathlib.Path, pictures: Iterable[Image.Image], milliseconds: int = 1000 // FRAMES_A_SECOND) -> None:
     """Writes a GIF that goes round and round, all of it with the colours of its first, middle and last picture."""
     taken = [*pictures]
     some = np.concatenate([np.asarray(taken[number]) for number in (0, len(taken) // 2, -1)])

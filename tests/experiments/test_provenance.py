@@ -50,9 +50,24 @@ def test_words_are_no_code(tmp_path):
         '"""A robot.\n\n# With a head.\n"""\n\nclass Robot:\n    """One."""\n    name = "#1"  # the first\n\n'
         '    def speed(self):\n        """Return it, m/s."""\n        # as it says in the leaflet\n        return 2\n'
     )
-    assert code(worded) == code(bare) == bare.read_bytes().rstrip()
+    assert code(worded) == code(bare)
     worded.write_text(worded.read_text().replace("return 2", "return 3"))
     assert code(worded) != code(bare)
+
+
+def test_every_change_of_a_string_is_one_of_the_code(tmp_path):
+    module = tmp_path / "module.py"
+
+    def of(text):
+        module.write_text(text)
+        return code(module)
+
+    assert of('TEXT = "a"  # one\n') == of("TEXT = (  # two\n\n    'a'\n)\n")
+    strings = ("a", "", "None", "a\n\nb", "a\nb", "a\n \nb", "a \nb", "a\n# c\nb", "a\n\n\nb")
+    texts = [*(f'TEXT = """{string}"""\n' for string in strings), "TEXT = None\n"]
+    texts += [f'class Text:\n    "what it is"\n    text = f"""{{A}}{string}"""\n' for string in strings]
+    assert len({of(text) for text in texts}) == len(texts)
+    assert of('class One: "A robot."\n') != of('class Two: "A robot."\n')
 
 
 @pytest.mark.slow

@@ -16,8 +16,10 @@ import pytest
 from comparing import comparable, rows, same, square, without_times
 
 from caregiver_mj.children.child_group import ChildGroup
+from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import workers
 from caregiver_mj.experiments.evaluation import evaluate
+from caregiver_mj.experiments.finished import read_finished
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import Block, Settings
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -147,6 +149,16 @@ def test_block_that_is_not_of_the_run_is_run_again(tmp_path, first, change):
     changed = change(json.loads(block.read_text()))
     block.write_text(changed if isinstance(changed, str) else json.dumps(changed))
     same(evaluate(SHORT, RunFolder(tmp_path, SHORT.record(), resume=True)), first)
+
+
+@pytest.mark.parametrize("name", ["run.json", ".lock", "episodes", "episodes.parquet", "a block"])
+def test_nothing_is_read_or_written_through_a_link(tmp_path, first, name):
+    there = tmp_path / name if name != "a block" else next(iter(blocks_on_disk(tmp_path)))
+    there.rename(tmp_path / "elsewhere")
+    there.symlink_to(tmp_path / "elsewhere")
+    for open_it in (lambda: RunFolder(tmp_path, SHORT.record(), resume=True), lambda: read_finished(tmp_path)):
+        with pytest.raises(CaregiverError, match=r"must be a (file|folder), got another thing or a link"):
+            open_it()
 
 
 def _where(block):

@@ -99,6 +99,20 @@ def test_it_has_the_time_steps_of_dm_control():
     assert house.steps == 150
 
 
+@pytest.mark.parametrize(
+    ("limit", "timestep", "steps"), [(0.14, 0.02, 7), (0.3, 0.1, 3), (0.54, 0.06, 9), (0.15, 0.02, 8)]
+)
+def test_an_episode_ends_with_the_first_step_at_or_beyond_its_time_limit(limit, timestep, steps):
+    options = {"time_limit": limit, "control_timestep": timestep}
+    house = make_house(dataclasses.replace(HOUSE, caregiver="none", task_kwargs=options), visuals=False)
+    house.begin(HOUSE.own_seed)
+    assert not house.run_on()
+    env, action = house.env, np.zeros(house.env.action_spec().shape)
+    env.reset()
+    lasts = [env.step(action).last() for _ in range(steps)]
+    assert (house.steps, lasts.index(True) + 1) == (steps, steps)
+
+
 def test_a_baseline_makes_no_observation():
     house = make_house(dataclasses.replace(HOUSE, caregiver="none"), visuals=False)
     house.begin(HOUSE.own_seed)

@@ -1,10 +1,6 @@
 """A run as one file: its rows come back from what its caregivers answered, and from nothing else."""
 
-import base64
-import copy
 import dataclasses
-import hashlib
-import io
 import json
 import sys
 import zipfile
@@ -12,9 +8,9 @@ import zipfile
 import numpy as np
 import pandas as pd
 import pytest
+from submissions import parts_of, run, write
 
-from caregiver_mj import cli
-from caregiver_mj.caregivers.answers import unpacked
+from caregiver_mj.caregivers import answers
 from caregiver_mj.experiments.submission import board, read_submission
 
 OWN = """
@@ -28,11 +24,8 @@ class Mine(Caregiver):
 """
 NAMES = ("none", "random", "childproof", "foresight", "floor")
 TWO_ROOMS = "##########\n#B..#...S#\n#........#\n#C..#..BT#\n##########\n"
+RANDOM, OTHER = "episodes/000001.json", "episodes/000002.json"  # of the first house
 HOME = "home-2-10x9-rooms1-stairwells0-candles0-tables2-bins2-gates1-mugs1-batteries1"
-
-
-def run(*arguments):
-    return cli.main([*map(str, arguments)])
 
 
 @pytest.fixture(scope="module")
@@ -81,11 +74,9 @@ def test_a_policy_of_the_robots_actions_too(tmp_path, monkeypatch, capsys):
     assert not run("verify", tmp_path / "c.submission")
     parts = parts_of(tmp_path / "c.submission")
     (name,) = [name for name in parts if name.startswith("episodes")]
-    actions = np.array(unpacked(parts[name]["answers"])["actions"])
+    actions = np.array(answers.unpacked(parts[name]["answers"])["actions"])
     for edited in (actions[:-1], actions[::-1], actions[:, 1:]):
-        content = io.BytesIO()
-        np.savez_compressed(content, actions=edited)
-        parts[name]["answers"] = base64.b64encode(content.getvalue()).decode()
+        parts[name]["answers"] = answers.packed(actions=edited)
         write(tmp_path / "d.submission", parts)
         assert run("verify", tmp_path / "d.submission")
         assert "not verified" in capsys.readouterr().err
@@ -136,94 +127,59 @@ def test_houses_of_the_package_are_verified_by_name_and_by_set(tmp_path):
         assert not run("verify", tmp_path / f"{name}.submission")
 
 
-def parts_of(path):
-    with zipfile.ZipFile(path) as file:
-        return {name: json.loads(file.read(name)) for name in file.namelist()}
-
-
-def write(path, parts, sums=True):
-    """Write a file, with checksums that fit."""
-    texts = {name: json.dumps(part) for name, part in parts.items() if name != "sha256.json"}
-    if sums:
-        parts["sha256.json"] = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in texts.items()}
-    with zipfile.ZipFile(path, "w") as file:
-        for name, part in parts.items():
-            file.writestr(name, json.dumps(part))
-
-
 def with_answers(change):
-    """An edit of what a caregiver answered, packed as it was."""
+    """An edit of what `random` answered, packed as it was."""
 
     def edit(parts):
-        name = next(name for name, part in parts.items() if name.startswith("episodes") and answers_of(part))
-        arrays = {key: np.array(values) for key, values in unpacked(parts[name]["answers"]).items()}
+        arrays = {key: np.array(values) for key, values in answers.unpacked(parts[RANDOM]["answers"]).items()}
         change(arrays)
-        file = io.BytesIO()
-        np.savez_compressed(file, **arrays)
-        parts[name]["answers"] = base64.b64encode(file.getvalue()).decode()
-
-    return edit
-
-
-def answers_of(part):
-    return part["answers"] and "random" in {row["caregiver"] for row in part["rows"]}
-
-
-def first(parts):
-    return parts["episodes/000001.json"]
-
-
-def set_row(column, value):
-    def edit(parts):
-        first(parts)["rows"][0][column] = value
-
-    return edit
-
-
-def set_run(key, value):
-    def edit(parts):
-        parts["run.json"][key] = value
+        parts[RANDOM]["answers"] = answers.packed(**arrays)
 
     return edit
 
 
 def put(array, index, value):
-    def change(arrays):
-        arrays[array][index] = value
-
-    return with_answers(change)
+    return with_answers(lambda arrays: arrays[array].__setitem__(index, value))
 
 
-def drop_map(parts):
-    first(parts)["maps"]["1"]["visits"][0] += 1
+def set_row(**columns):
+    return lambda parts: parts[RANDOM]["rows"][0].update(columns)
+
+
+def set_run(**keys):
+    return lambda parts: parts["run.json"].update(keys)
+
+
+def change_map(parts):
+    parts[RANDOM]["maps"]["1"]["visits"][0] += 1
 
 
 def swap(parts):
-    one, other = "episodes/000001.json", "episodes/000002.json"
-    parts[one]["answers"], parts[other]["answers"] = parts[other]["answers"], parts[one]["answers"]
+    one, other = parts[RANDOM], parts[OTHER]
+    one["answers"], other["answers"] = other["answers"], one["answers"]
 
 
 EDITS = {
-    "damage": set_row("damage", 0),
-    "another seed of an episode": set_row("seed", 1),
-    "another caregiver": set_row("caregiver", "mine"),
-    "a column more": set_row("prize", 1),
-    "a map": drop_map,
-    "the run's seed": set_run("seed", 1),
-    "the children's speed": set_run("child_speed", 0.25),
-    "damages": set_run("damage", "stairwell=1"),
-    "families": set_run("families", ["1", "0.25"]),
-    "episodes without end": set_run("episodes", 10**12),
+    "damage": set_row(damage=0),
+    "another seed of an episode": set_row(seed=1),
+    "another caregiver": set_row(caregiver="mine"),
+    "a column more": set_row(prize=1),
+    "a map": change_map,
+    "the run's seed": set_run(seed=1),
+    "the children's speed": set_run(child_speed=0.25),
+    "damages": set_run(damage="stairwell=1"),
+    "families": set_run(families=["1", "0.25"]),
+    "episodes without end": set_run(episodes=10**12),
     "a run that is none": lambda parts: parts.update({"run.json": [1]}),
     "a card that is none": lambda parts: parts.update({"card.json": [1]}),
-    "no houses": set_run("plans", []),
-    "episodes added at numbers that there are not": set_run("extended_at", [10**30]),
-    "source": set_run("source", "0123456789ab"),
+    "no houses": set_run(plans=[]),
+    "episodes added at numbers that there are not": set_run(extended_at=[10**30]),
+    "source": set_run(source="0123456789ab"),
     "no settings": lambda parts: parts.pop("run.json"),
-    "no episodes": lambda parts: parts.pop("episodes/000001.json"),
-    "episodes more": lambda parts: parts.update({"episodes/000099.json": copy.deepcopy(first(parts))}),
-    "no answers": lambda parts: first(parts).pop("answers"),
-    "answers that are none": lambda parts: first(parts).update(answers="AAAA"),
+    "no episodes": lambda parts: parts.pop(RANDOM),
+    "episodes more": lambda parts: parts.update({"episodes/000099.json": parts[RANDOM]}),
+    "no answers": lambda parts: parts[RANDOM].pop("answers"),
+    "answers that are none": lambda parts: parts[RANDOM].update(answers="AAAA"),
     "answers of another": swap,
     "another hazard": put("decide", (slice(None), 1), 0),
     "a hazard that is none": put("decide", (0, 1), 99),
@@ -252,7 +208,7 @@ def test_a_damaged_file_is_told(cut, packed, tmp_path, capsys):
     assert run("verify", tmp_path / "damaged.submission") == 2
     parts = parts_of(packed)
     parts["card.json"]["title"] = "another"
-    write(tmp_path / "damaged.submission", parts, sums=False)
+    write(tmp_path / "damaged.submission", parts, sums={"card.json": "0"})
     assert run("verify", tmp_path / "damaged.submission") == 2
     assert capsys.readouterr().err.count("damaged") >= 2
 
@@ -281,7 +237,7 @@ def packed_in_another_way(path):
 def test_whatever_a_file_is_one_line_says_so_and_the_others_are_on_the_board(packed, tmp_path, capsys):
     (tmp_path / "good.submission").write_bytes(packed.read_bytes())
     parts = parts_of(packed)
-    first(parts)["rows"][0]["damage"] += 1
+    parts[RANDOM]["rows"][0]["damage"] += 1
     write(tmp_path / "edited.submission", parts)
     bad = {tmp_path / f"{make.__name__}.submission": make for make in (nested, encrypted, packed_in_another_way)}
     for path, make in bad.items():

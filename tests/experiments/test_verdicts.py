@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from caregiver_mj.experiments.intervals import of_difference
+from caregiver_mj.experiments.intervals import of_difference, of_ratio
 from caregiver_mj.experiments.verdicts import (
     MARGINS,
     Verdict,
@@ -34,23 +34,24 @@ from caregiver_mj.experiments.verdicts import (
     ],
 )
 def test_sign_flips_by_hand(difference, p):
-    assert sign_flip_p(np.array(difference)) == pytest.approx(p)
-    assert sign_flip_p(-7.3 * np.array(difference)) == pytest.approx(p)
+    assert sign_flip_p(np.outer(difference, [1, -7.3])) == pytest.approx([p, p])
 
 
 def test_many_signs_are_drawn():
     difference = np.array([1.0] * 21 + [-1.0] * 9)
-    assert sign_flip_p(difference) == pytest.approx(stats.binomtest(21, 30).pvalue, rel=0.05)
-    assert sign_flip_p(difference) == sign_flip_p(difference[::-1])
-    assert sign_flip_p(np.ones(300)) == pytest.approx(300 / 10_000_000, rel=1e-3)  # the least there can be
-    assert sign_flip_p(np.ones(300), tests=1_000) == pytest.approx(1 / 100_000)  # less, to be corrected for many
+    one, turned = sign_flip_p(np.stack([difference, difference[::-1]], axis=1))
+    assert one == turned == pytest.approx(stats.binomtest(21, 30).pvalue, rel=0.05)
+    alike = np.ones((300, 1))
+    assert sign_flip_p(alike) == pytest.approx(300 / 10_000_000, rel=1e-3)  # the least there can be
+    assert sign_flip_p(alike, tests=1_000) == pytest.approx(1 / 100_000)  # less, to be corrected for many
 
 
 Compared = collections.namedtuple("Compared", ("estimate", "p", "verdict"))
 
 
 def compare_means(ours, theirs):
-    estimate, p = of_difference(ours, theirs), sign_flip_p(ours - theirs) if enough(ours - theirs) else np.nan
+    estimate, difference = of_difference(ours, theirs), ours - theirs
+    p = sign_flip_p(difference[:, None]).item() if enough(difference) else np.nan
     return Compared(estimate, p, verdict(p, estimate.low, estimate.high))
 
 
@@ -93,14 +94,13 @@ TOYS = np.array([20.0, 24, 22, 25, 19, 23, 21, 24, 20, 22])
     ],
 )
 def test_toys_kept(ours, verdict):
-    assert not_inferior(ours, TOYS, MARGINS["toys_reached"]) is verdict
+    assert not_inferior(ours, TOYS, MARGINS["toys_reached"], of_ratio(ours, TOYS)) is verdict
 
 
 def test_a_margin_needs_pairs_too():
-    assert not_inferior(TOYS[:5], TOYS[:5], 0.03) is Verdict.NONE
-    assert not_inferior(TOYS[:6], TOYS[:6], 0.03) is Verdict.NOT_INFERIOR
-    assert not_inferior(np.zeros(20), np.zeros(20), 0.03) is Verdict.NONE
-    assert equivalent(TOYS[:5], TOYS[:5], 0.1) is Verdict.NONE
+    for toys, wanted in ((TOYS[:5], "no verdict"), (TOYS[:6], "not inferior"), (np.zeros(20), "no verdict")):
+        assert not_inferior(toys, toys, 0.03, of_ratio(toys, toys)) == wanted
+    assert equivalent(TOYS[:5], TOYS[:5], 0.1, of_ratio(TOYS[:5], TOYS[:5])) is Verdict.NONE
     assert not enough(np.array([1, 1, 1, 0, 0, 0, 0]))  # pairs that do not differ do not count
 
 
@@ -108,8 +108,8 @@ def test_a_margin_needs_pairs_too():
     ("factor", "verdict"), [(1, Verdict.EQUIVALENT), (0.92, Verdict.EQUIVALENT), (0.88, Verdict.DIFFERENT)]
 )
 def test_equivalence_from_either_side(factor, verdict):
-    assert equivalent(factor * TOYS, TOYS, 0.10) is verdict
-    assert equivalent(TOYS, factor * TOYS, 0.10) is verdict
+    for ours, theirs in ((factor * TOYS, TOYS), (TOYS, factor * TOYS)):
+        assert equivalent(ours, theirs, 0.10, of_ratio(ours, theirs)) is verdict
 
 
 def test_p_of_being_at_the_margin_by_hand():

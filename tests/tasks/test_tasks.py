@@ -14,7 +14,6 @@ import caregiver_mj
 from caregiver_mj import CaregiverError, FloorPlan
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.children.random_stream import RandomStream
-from caregiver_mj.experiments.runner import HouseRollout
 from caregiver_mj.grid.world import GridWorld, run_episodes
 from caregiver_mj.interventions.verb import DO_NOTHING, Interventions
 from caregiver_mj.plans.hazards import NOTHING, DamageWeights
@@ -81,18 +80,6 @@ def test_faster_children_make_timesteps_shorter_and_cross_a_cell_in_one():
         way = np.array(task.children[0].position) - place
         assert np.abs(way).max() == pytest.approx(0.75, abs=1e-3) or np.abs(way).max() < 1e-3
     assert env.physics.time() == pytest.approx(20 * 0.94)  # 0.9375 s in steps of 20 ms
-
-
-@pytest.mark.parametrize(("limit", "steps"), [(0.14, 7), (0.3, 15), (0.31, 16)])
-def test_an_episode_ends_with_the_first_step_at_or_after_its_time_limit(limit, steps):
-    """In binary numbers 0.14 / 0.02 is greater than 7."""
-    env = load("supervise", time_limit=limit)
-    rollout = HouseRollout(env)
-    rollout.begin(0)
-    rollout.run_on()
-    env.reset()
-    ends = [env.step(np.zeros(11)).last() for _ in range(steps)]
-    assert (rollout.steps, ends) == (steps, [False] * (steps - 1) + [True])
 
 
 def test_a_move_that_the_episode_cuts_short_counts():
