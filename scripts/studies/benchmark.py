@@ -1,4 +1,4 @@
-"""How fast everything is: the closed loop beside its physics alone, where its time goes, and its longest steps."""
+"""How fast everything is: the closed loop beside its physics alone, where its time goes, and what grows with what."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ import functools
 import gc
 import itertools
 import os
+import pathlib
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from typing import Any, ClassVar
@@ -20,9 +22,15 @@ import mujoco
 import numpy as np
 import pandas as pd
 
+from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
+from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.experiments.runner import HouseRollout
+from caregiver_mj.experiments.spec import EpisodeSpec
+from caregiver_mj.experiments.workers import run_jobs
+from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.house.scene import child_joints
+from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.recording.contacts import Touch
 from caregiver_mj.robot import kinematics, reach
@@ -31,7 +39,11 @@ from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.scalar_motion import ScalarMotion
 from caregiver_mj.tasks import load
-from study import Parser, table
+from caregiver_mj.viz import hud
+from caregiver_mj.viz.cameras import StillCamera
+from caregiver_mj.viz.episode import Episode
+from caregiver_mj.viz.film import Picture, Studio, render_episode
+from study import Parser, streams, table
 
 EPSILON = 0.5  # of the child in all episodes
 # Of the closed loop: two homes, the second with a gate and three batteries, and a large house.
@@ -41,12 +53,22 @@ MANY = (*HOUSES, *(f"{kind}-{seed}" for seed in range(600_010, 600_060) for kind
 SIGHTS = ("all", "walls", "camera")
 SUITE = ("manipulator:bring_ball", "humanoid:walk")  # tasks of dm_control
 _SUITE_SECONDS = 30.0  # simulated, at most, for each of those
+# Where foresight plans, from little to much.
+PLANS = ("paper", "apartment", "house-0-20x20", "house-0-40x40-stairwells6-candles40-tables20-bins6")
 # Options in the place of the model's own, which the first is, and one of dense and sparse Jacobians; then without
 # sleep, nativeccd, multiccd, and any contact at all; at last other timesteps.
 CHOICES = [("iterations", 20), ("iterations", 5), ("iterations", 50), ("tolerance", 1e-4), ("tolerance", 1e-10)]
 CHOICES += [("cone", 0), ("integrator", 0), ("integrator", 3), ("jacobian", 0), ("jacobian", 1), ("enableflags", 0)]
 CHOICES += [("disableflags", 1 << 17), ("disableflags", 1 << 19), ("disableflags", 1 << 4)]
 CHOICES += [("timestep", 0.0025), ("timestep", 0.01)]
+_BATCH = 400  # episodes at once
+_SECONDS = 4  # for which they run, times the repeats, if they do not end before
+GROWTH = {  # what grows, all else being the same: the side of a house, candles beside its two stairwells, and children
+    "cells": [(side, 4, 1) for side in (10, 20, 40, 70, 100)],
+    "hazards": [(40, candles, 1) for candles in (0, 18, 78)],
+    "children": [(40, 4, children) for children in (1, 3, 8)],
+}
+_GROWN_BATCH, _GROWN_TIMESTEPS = 100, 4  # in the grid
 
 
 def add_options(parser: Parser) -> None:
@@ -124,10 +146,11 @@ class Scene:
         seconds: float,
         caregiver: str = "expected-danger",
         sight: str = "all",
+        children: int = 1,
         visuals: bool = True,
     ):
-        forever = {"time_limit": float("inf")}
-        self.env = load("supervise", house, EPSILON, 0, task_kwargs=forever, sight=sight, visuals=visuals)
+        family, forever = [EPSILON] * children, {"time_limit": float("inf")}
+        self.env = load("supervise", house, family, 0, task_kwargs=forever, sight=sight, visuals=visuals)
         self.policy = CaregiverPolicy(self.env, caregiver)
         self.steps = round(seconds / self.env.control_timestep())
 
@@ -275,6 +298,27 @@ def dissect(scene: Scene) -> dict[str, float]:
     return {part: 1e6 * seconds / scene.steps for part, seconds in found.items()}
 
 
+def films(_seconds: float, repeats: int) -> Iterator[tuple[str, pd.DataFrame]]:
+    """Yield where the time of a film's frame goes."""
+    parts: dict[str, list[tuple[Any, ...]]] = {
+        "simulation and caregiver": [(Episode, "run_until")],
+        "what has moved, scene": [(StillCamera, "boxes", "set_scene")],
+        "rendering": [(mujoco, "mjr_render")],
+        "reading pixels": [(mujoco, "mjr_readPixels")],
+        "display": [(Episode, "hud_state"), (hud, "draw")],
+        "the rest": [(Studio, "frame")],
+    }
+    figures = pd.DataFrame()
+    with tempfile.TemporaryDirectory() as folder:
+        for house in HOUSES[:3]:
+            spec, picture = EpisodeSpec(FloorPlan.load(house)), Picture(640, 480)
+            film = functools.partial(render_episode, f"{folder}/film.mp4", spec, seconds=repeats, picture=picture)
+            own = timed(parts, functools.partial(film, quiet=True), time.process_time)
+            figures[house] = pd.Series(own) * 1e3 / (repeats * picture.fps)
+    figures.loc["all"] = figures.sum()
+    yield "Films of 640 x 480: ms of the processor a frame, without its encoder's", figures
+
+
 def physics(seconds: float, repeats: int) -> Iterator[tuple[str, pd.DataFrame]]:
     """Yield what another value of an option costs in the replay of an episode, and how far off its end then is."""
     for house in HOUSES:
@@ -311,4 +355,91 @@ def control_steps(seconds: float, repeats: int) -> Iterator[tuple[str, pd.DataFr
     yield f"Longest control steps of {episodes}, the most in a house, ms of the processor", most.max()
 
 
-SECTIONS = {made.__name__: made for made in (closed_loop, parts, control_steps, physics)}
+# -- Cost of foresight as houses grow: processor time of preparation and decisions, memory -----------
+
+
+def foresight(_seconds: float, repeats: int) -> Iterator[tuple[str, pd.DataFrame]]:
+    """Yield the cost of `foresight` in the grid, with each house in a separate process to measure its memory."""
+    rows = [row for house in PLANS for _, row in run_jobs(cost, [(house, _SECONDS * repeats)], 2)]
+    yield "Foresight in the grid, one core", pd.DataFrame(rows).set_index("house")
+
+
+def cost(job: tuple[str, int]) -> dict[str, Any]:
+    """Measure in a house, and run a batch for so many seconds at most, both named by the job; return a row."""
+    house, seconds = job
+    plan = FloorPlan.load(house)
+    start = time.process_time()
+    caregiver = ForesightCaregiver(plan)
+    preparation = time.process_time() - start
+    world, clock = GridWorld(plan, EPSILON, caregiver), Clock(time.process_time)
+    with clock.of(caregiver, "decide"):
+        world.run(streams(1))
+    _speed(world, seconds)  # finds the ways round children, which a house keeps
+    return {
+        "house": house,
+        "cells": len(plan.free_cells),
+        "preparation, s": preparation,
+        "ms a decision": 1e3 * np.median(clock.times),
+        "of 100 the longest": 1e3 * np.percentile(clock.times, 99),
+        "timesteps/s": _speed(world, seconds),
+        "peak, MB": _peak(),  # after all the rest
+    }
+
+
+def _speed(world: GridWorld, seconds: float) -> float:
+    """Novice timesteps a second of a batch of episodes, which runs for so many seconds, or to its end."""
+    chance = streams(_BATCH)
+    world.reset(chance)
+    start = time.process_time()
+    while world.timestep < len(chance[0][0].steps) and time.process_time() - start < seconds:
+        world.step()
+    return _BATCH * world.timestep / (time.process_time() - start)
+
+
+def _peak() -> float:
+    """The most memory that the process has had, in MB. What `resource` says counts the parent's, too."""
+    status = pathlib.Path("/proc/self/status").read_text(encoding="ascii")
+    return next(int(line.split()[1]) for line in status.splitlines() if line.startswith("VmHWM")) * 1.024e-3
+
+
+# -- What grows with cells, hazards and children, for the rule ---------------------------------------
+
+
+def growth(seconds: float, _repeats: int) -> Iterator[tuple[str, pd.DataFrame]]:
+    """Yield the processor time and its slope in logarithms, each measured in a separate process."""
+    for over, points in GROWTH.items():
+        rows = [row for point in points for _, row in run_jobs(grown, [(*point, seconds)], 2)]
+        figures = pd.DataFrame(rows).set_index(over).drop(columns=[name for name in GROWTH if name != over]).T
+        at, found = np.log(figures.columns.to_numpy(float)), np.log(figures.to_numpy(float))
+        yield f"What grows with {over}", figures.assign(exponent=np.polyfit(at, found.T, 1)[0])
+
+
+def grown(job: tuple[int, int, int, float]) -> Row:
+    """Measure both worlds of a house: its side, candles and children, and the seconds of an episode."""
+    side, candles, children, seconds = job
+    Scene("paper", 0.1).play()  # what is needed but once
+    made, step, physics, act, grid = (Clock(time.process_time) for _ in range(5))
+    house = f"house-0-{side}x{side}-stairwells2-candles{candles}-tables4-bins2"
+    with made.of(Scene, "__init__"):
+        scene = Scene(house, seconds, children=children)
+    with step.of(HouseRollout, "step"), physics.of(scene.env.physics, "step"):
+        scene.play(act.around(scene.policy))
+    plan = FloorPlan.load(house)
+    world = GridWorld(plan, ChildGroup.of([EPSILON] * children), PaperCaregiver(plan))
+    world.reset(streams(_GROWN_BATCH, children=children))
+    for _ in range(_GROWN_TIMESTEPS):
+        grid.around(world.step)()
+    return {
+        "cells": len(plan.free_cells),
+        "hazards": len(plan.hazards),
+        "children": children,
+        "made, s": made.own,
+        "control step, us": 1e6 * np.median(step.times),
+        "of which physics": 1e6 * np.median(physics.times),
+        "longest decision, ms": 1e3 * max(act.times[1:]),
+        f"grid, {_GROWN_BATCH} at once: first timesteps, ms": 1e3 * np.median(grid.times),
+        "peak, MB": _peak(),
+    }
+
+
+SECTIONS = {made.__name__: made for made in (closed_loop, parts, control_steps, films, foresight, growth, physics)}
