@@ -17,8 +17,9 @@ from PIL import Image, ImageDraw
 from caregiver_mj.caregivers.percept import HORIZON
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.viz import chart, colours
-from caregiver_mj.viz.chart import LABEL, TRACK, Box, Scale, fit, width_of, write
+from caregiver_mj.viz import cards, colours
+from caregiver_mj.viz.cards import LABEL, TRACK, Box, Scale, fit, width_of, write
+from caregiver_mj.viz.chart import CARD_OPACITY, Chart
 from caregiver_mj.viz.colours import GROUND, TEXT, Colour, mix
 from caregiver_mj.viz.moment import SOON, ChildState, Forecast, HudState
 
@@ -28,7 +29,7 @@ _NARROW = 150  # pixels; width of a scale up to which every other label is left 
 _STRIP_OPACITY = 210  # 0 to 255
 _SAFE = "P(SAFE)"
 _FULL_BAR = 1.0  # expected danger of a full bar, unless another is greater
-_chart = functools.lru_cache(maxsize=8)(chart.Chart)  # drawn once for a house and a size of frames
+_chart = functools.lru_cache(maxsize=8)(Chart)  # drawn once for a house and a size of frames
 
 
 class Layout(NamedTuple):
@@ -55,7 +56,7 @@ def layout(plan: FloorPlan, width: int, height: int, legend: bool, column: int =
     right, top = width - margin, lower - room[1] + margin
     left = right - across
     if not (column or row):
-        left, top, inset_width = margin, margin, round(chart.side_width(width, height))
+        left, top, inset_width = margin, margin, round(cards.side(width, height))
         begin, corner, inset = (left, top + down + gap), (right, top), (inset_width, round(0.72 * inset_width))
     elif room[0] > room[1]:
         begin = left - margin - across, top
@@ -83,15 +84,15 @@ def draw(
     """
     height, width = frame.shape[:2]
     drawn, places = frame.copy(), layout(state.plan, width, height, state.forecast is not None, column, row)
-    scale, house = Scale(height), _chart(state.plan, width, height)
+    scale, chart = Scale(height), _chart(state.plan, width, height)
     _draw_strip(drawn, state)
-    chart.draw_part(drawn, places.plan, lambda region: house.draw(region, state))
+    cards.put(drawn, places.plan, lambda region: chart.draw(region, state))
     if state.forecast is not None:
-        chart.draw_part(drawn, places.legend, functools.partial(_draw_legend, forecast=state.forecast, scale=scale))
+        cards.put(drawn, places.legend, functools.partial(_draw_legend, forecast=state.forecast, scale=scale))
     right, top = places.corner
     for caption, picture in insets:
         box = (right - picture.shape[1], top, right, top + picture.shape[0])
-        chart.draw_part(drawn, box, functools.partial(_draw_inset, caption=caption, picture=picture, scale=scale))
+        cards.put(drawn, box, functools.partial(_draw_inset, caption=caption, picture=picture, scale=scale))
         top = box[3] + scale.px(12)
     return drawn
 
@@ -113,7 +114,7 @@ def draw_tag(picture: np.ndarray, tip: tuple[float, float] | None, label: str, h
             canvas.rectangle((1 - rim, 1 - rim, image.width - 2 + rim, tall - 1 + rim), colour)
         write(image, (middle, tall - pad // 2 - 1), label, size, GROUND, align=0.5)
 
-    chart.draw_part(picture, (x - width // 2, top, x + width // 2 + 1, min(top + tall + pad, len(picture))), paint)
+    cards.put(picture, (x - width // 2, top, x + width // 2 + 1, min(top + tall + pad, len(picture))), paint)
 
 
 def draw_plan(state: HudState, width: int, height: int) -> np.ndarray:
@@ -122,8 +123,8 @@ def draw_plan(state: HudState, width: int, height: int) -> np.ndarray:
     # Drawn larger if cells would be too small.
     times = max(1, *(math.ceil((_CELL * n + _RIM) / side) for n, side in ((columns, width), (rows, height))))
     drawn = np.full((times * height, times * width, 3), GROUND, np.uint8)
-    house = _chart(state.plan, times * width, times * height, alone=True)
-    chart.draw_part(drawn, house.box, lambda region: house.draw(region, state))
+    chart = _chart(state.plan, times * width, times * height, alone=True)
+    cards.put(drawn, chart.box, lambda region: chart.draw(region, state))
     return np.asarray(Image.fromarray(drawn).reduce(times))
 
 
@@ -155,7 +156,7 @@ def _draw_legend(image: Image.Image, forecast: Forecast, scale: Scale) -> None:
     epsilons = ", ".join(f"{epsilon:.2f}" for epsilon in forecast.epsilon)
     wordings = f"it believes in epsilon {epsilons}", f"believed epsilon {epsilons}"
     write(card, (pad, card.height - pad), fit(wordings, small, card.width - 2 * pad), small, TEXT)
-    image.paste(card, mask=chart.card_mask(image.size, pad, chart.CARD_OPACITY))
+    image.paste(card, mask=cards.mask(image.size, pad, CARD_OPACITY))
 
 
 def _key_height(scale: Scale) -> int:
@@ -211,7 +212,7 @@ def _draw_strip(frame: np.ndarray, state: HudState) -> None:
     px = scale.px
 
     def paint(image: Image.Image) -> None:
-        image.paste(GROUND, mask=chart.card_mask(image.size, px(10), _STRIP_OPACITY))
+        image.paste(GROUND, mask=cards.mask(image.size, px(10), _STRIP_OPACITY))
         left, right, top = px(16), image.width - px(16), px(14)
         for draw, start, end in (
             (_draw_gauges, left, left + px(220)),
@@ -220,7 +221,7 @@ def _draw_strip(frame: np.ndarray, state: HudState) -> None:
         ):
             draw(image, Area(start, end, top, image.height - top, scale), state)
 
-    chart.draw_part(frame, _strip_box(frame.shape[1], len(frame)), paint)
+    cards.put(frame, _strip_box(frame.shape[1], len(frame)), paint)
 
 
 def _draw_gauges(image: Image.Image, area: Area, state: HudState) -> None:
