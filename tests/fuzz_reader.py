@@ -65,20 +65,6 @@ def flipped(content, lots):
     return bytes(found)
 
 
-def parts_of(path):
-    with zipfile.ZipFile(path) as file:
-        return {name: json.loads(file.read(name)) for name in file.namelist() if name != "sha256.json"}
-
-
-def write(path, parts):
-    """Write a submission, with checksums that fit."""
-    texts = {name: json.dumps(part) for name, part in parts.items()}
-    sums = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in texts.items()}
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:
-        for name, text in {**texts, "sha256.json": json.dumps(sums)}.items():
-            file.writestr(name, text)
-
-
 def submission(path, lots):
     given = GIVEN / "a.submission"
     if lots.random() < 0.2:

@@ -45,8 +45,10 @@ from caregiver_mj.viz.episode import Episode
 from caregiver_mj.viz.film import Picture, Studio, render_episode
 from study import Parser, streams, table
 
+Row = dict[str, float]
+
 EPSILON = 0.5  # of the child in all episodes
-# Of the closed loop: two homes, the second with a gate and three batteries, and a large house.
+# Of the closed loop: two homes, the second with a gate and three batteries, and the largest of the plans below.
 HOUSES = ("paper", "apartment", "home-600000", "home-600003", "house-0-40x40-stairwells6-candles40-tables20-bins6")
 # One after the other in a process; the first are as above.
 MANY = (*HOUSES, *(f"{kind}-{seed}" for seed in range(600_010, 600_060) for kind in ("house", "home")))
@@ -287,15 +289,20 @@ def dissect(scene: Scene) -> dict[str, float]:
         "skills and the rest": [(type(scene.policy), "act")],
     }
     reach.reach_path.cache_clear()  # inverse kinematics is solved once for each height
-    clocks = {part: Clock() for part in parts}
+    own = timed(parts, scene.play, time.perf_counter)
+    found = own | {"all": sum(own.values()), "bare mj_step": scene.replay()[0]}
+    return {part: 1e6 * seconds / scene.steps for part, seconds in found.items()}
+
+
+def timed(parts: dict[str, list[tuple[Any, ...]]], play: Callable[[], object], timer: Callable[[], float]) -> Row:
+    """Play with a clock in every part, given the owners and names of its methods; return the seconds of each."""
+    clocks = {part: Clock(timer) for part in parts}
     with contextlib.ExitStack() as stack:
         for part, owners in parts.items():
             for owner, *names in owners:
                 stack.enter_context(clocks[part].of(owner, *names))
-        scene.play()
-    own = {part: clock.own for part, clock in clocks.items()}
-    found = own | {"all": sum(own.values()), "bare mj_step": scene.replay()[0]}
-    return {part: 1e6 * seconds / scene.steps for part, seconds in found.items()}
+        play()
+    return {part: clock.own for part, clock in clocks.items()}
 
 
 def films(_seconds: float, repeats: int) -> Iterator[tuple[str, pd.DataFrame]]:
