@@ -291,7 +291,7 @@ class Driver:
             except PathError:
                 self._stops = True
         if self._stops:
-            self._path_goal, self._replan_at = None, view.now + REACTION  # as soon as a command has shown
+            self._path_goal, self._replan_at = None, view.now + REACTION
         else:
             self._path_goal, self._way = goal, points[1:]
 

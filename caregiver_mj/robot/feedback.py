@@ -13,7 +13,7 @@ from caregiver_mj.robot.scalar_motion import NOTHING, highest
 GENTLY = 0.5  # share of the jerk with which a velocity approaches the wanted one; beyond, it may overshoot
 _PUSHED = 0.002  # rad; deviation from its reference beyond which a joint has been pushed
 _SETTLING = 0.1  # s; time in which an arm comes to rest, after which a deviation is due to a push
-# Return after a push, exponential at its end: greatest rate, rad/s, built up in `_SETTLING`; deviation that counts as
+# Return after a push, exponential at its end: greatest rate, rad/s, built up in that time; deviation that counts as
 # none, rad.
 _COMING_BACK, _GONE = 0.15, 1e-4
 

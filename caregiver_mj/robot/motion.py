@@ -25,8 +25,7 @@ from caregiver_mj.robot.scalar_motion import ScalarMotion
 _GENTLE_TURN = 0.02  # rad/s; greatest feedback of the heading with a child at the arm
 _CATCH_UP_SPEED = 0.3  # m/s; greatest feedback of the base, which an obstacle may release suddenly
 _RELEASE = 0.4  # m/s^2; increase of that bound after a child has lowered it
-# Share of that bound for the turn of the base's surface: with a creep along a child, the sum stays below a strike.
-_TURN_SHARE = 1 / 3
+_TURN_SHARE = 1 / 3  # share of it for the turn of the base's surface: with a creep along a child, less than a strike
 _MOST_LATE = 0.5  # greatest gain times delay of feedback; above, it oscillates (without end from pi / 2)
 _JOLTS = 4.0  # m/s^3; one sigma of the jerk by which feedback answers position noise
 _HELD_UP = 0.15  # m; deviation from the reference beyond which something holds the base up
