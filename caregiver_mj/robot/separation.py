@@ -49,7 +49,6 @@ _SOON = 0.8  # s; horizon within which a child keeps its velocity
 _HEAD_ON = 0.5  # cosine between motion and child above which `must_stop` considers the child
 _TOUCHED = 0.002  # m; gap of a child that touches the base, or will in the next control step
 _NO_NEARER = GENTLE_GAP / 2  # m; gap below which no motion leads to a child, and a path past it counts as barred
-_BRAKES = 0.8  # share of the acceleration limit for braking in contact; before contact commands keep to the limit
 # m/s; decrease of the command, before contact, of a base with little room to leave. A greater one would use nearly all
 # of its acceleration, and leave none to react to a child that walks round it.
 _EASES = 0.1
@@ -384,7 +383,7 @@ def restrain(
         if rounds == 1 or math.dist(left, wanted) < NO_SPEED:
             return left, is_touched
     # No velocity suits all children: brake.
-    speed, change = math.hypot(*before), seconds * _BRAKES * limits.as_commanded.acceleration
+    speed, change = math.hypot(*before), seconds * limits.as_commanded.acceleration
     kept = 1.0 - change / speed if is_touched and speed > change else 0.0
     return (kept * before[0], kept * before[1]), is_touched
 
@@ -418,7 +417,7 @@ def _restrained(
     away = math.hypot(dx, dy)
     x, y = dx / away, dy / away
     # In contact with any child, the command applies at once.
-    braking = seconds * _BRAKES * command_limits.acceleration
+    braking = seconds * command_limits.acceleration
     bounds = (braking, math.inf) if is_touched else (math.inf, GENTLY * command_limits.jerk)
     towards, commanded = vx * x + vy * y, before[0] * x + before[1] * y
     if room < _NO_NEARER:
