@@ -176,8 +176,13 @@ def allowed_rate(
     A base that leaves or slides past a child may go as fast as its surface can slow down to a creep before contact.
     Otherwise the two could block each other, each waiting for the other's place.
 
-    Velocity, m/s, and acceleration, m/s^2, which reduces the braking that is left (`RobotLimits.braking`), are the
-    planned ones. At its `present` velocity the base may already leave a child. Limits are the robot's by default.
+    Args:
+        view: The robot's view.
+        robot: The robot.
+        velocity: Planned velocity, m/s.
+        acceleration: Planned acceleration, m/s^2, which reduces the braking that is left (`RobotLimits.braking`).
+        present: Present velocity, m/s, at which the base may already leave a child.
+        limits: Limits in force; the robot's by default.
     """
     if velocity[0] == 0.0 and velocity[1] == 0.0:
         return 1.0
@@ -364,9 +369,15 @@ def restrain(
     The command is more than the planned velocity: feedback returns the base to its reference, and so towards a child
     that has pushed it off.
 
-    Without its speed along a child, the base leaves it more directly where there is room, also for a candle in the
-    hand (`is_loaded`); else slowly in its own direction. Velocities, m/s, are the wanted command and the last one, from
-    which braking is limited in a control timestep of some `seconds`.
+    Args:
+        view: The robot's view.
+        robot: The robot.
+        clearance: The room. Without its speed along a child, the base leaves it more directly, where there is room,
+            else slowly in its own direction.
+        seconds: The control timestep, s.
+        is_loaded: Whether a candle is in the hand, which also needs room.
+        velocity: The wanted command, m/s.
+        before: The previous command, m/s, from which braking is limited.
 
     Returns:
         The remaining velocity, and whether a child touches the base, so that the command must apply at once.
