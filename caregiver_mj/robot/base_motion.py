@@ -12,14 +12,13 @@ from caregiver_mj.robot.geometry import Vector
 from caregiver_mj.robot.limits import Limits, RobotLimits
 from caregiver_mj.robot.scalar_motion import NOTHING, PathError, ScalarMotion
 
-_CORNER_DEVIATIONS = (0.2, 0.06)  # m; cuts of a path's corners, the first with room
+_CORNER_DEVIATIONS = (0.2, 0.12, 0.06)  # m; cuts of a path's corners, the first with room
 _CHECK_INTERVAL = 0.08  # s; between points of a path that are checked for room
 _LOOKS = 33  # points of a line that are checked for room
 
 _SLOW = 0.3  # m/s; the slower the path, the quicker the rate of playback may change, down to this speed
 PLANNED_AHEAD = 0.1  # s; look-ahead of `planned` on the path
-BUILDS_UP = 0.2  # s; time until a change of rate has built up
-_AHEAD = tuple(BUILDS_UP * i / 8 for i in range(9))  # s; times ahead on the path at which that must leave room
+_AHEAD = tuple(0.025 * i for i in range(9))  # s; times ahead on the path at which a change of rate must leave room
 _LEAST_SHARE = 0.05  # share of the base's acceleration that a change of rate may always use
 NO_SPEED = 1e-3  # m/s; a slower base is at rest, and commands that differ by less are the same
 _SAME_WAY = math.cos(math.radians(25.0))  # cosine between motion and new path above which the base goes on braking

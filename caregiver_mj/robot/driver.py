@@ -21,7 +21,7 @@ from caregiver_mj.robot.kinematics import hand_offset
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.scalar_motion import PathError
-from caregiver_mj.robot.separation import BESIDE, REACTION, child_cells, comes, gap, is_in_the_way, near_children
+from caregiver_mj.robot.separation import BESIDE, child_cells, comes, gap, is_in_the_way, near_children
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
 
@@ -30,8 +30,10 @@ ARRIVED_YAW = 0.012  # rad; the same of its heading
 _CREEPING_RATE = 0.3  # share of the planned speed below which a base beside a child looks for a way off it
 _SAME = 0.05  # m; distance between points below which two paths are the same
 _SWITCHING_RATE = 0.6  # share of the planned speed below which the base stops before it takes another path
-_REPLAN_INTERVAL, _BARRED_INTERVAL = 1.0, 0.3  # s; time between plans: with a path, and without one for children
+# s; time between plans: with a path, without one for children, and while stopping
+_REPLAN_INTERVAL, _BARRED_INTERVAL, _STOPPING_INTERVAL = 1.0, 0.3, 0.04
 LOOK_AHEAD = 1.5  # s; part of the path checked for children in the way, and for walls beside the hand
+_LAST_OF_WAY = 5.0  # s; grace of the watchdog for a base on its way to the goal
 _NEAR = 0.25  # m; distance that the base may drive without looking ahead
 _WATCHES = 2.0  # m; range within which it looks at a child and not ahead
 _FACES_LOADED = 0.7  # rad; the next with a candle in the hand: within the camera's picture
@@ -44,7 +46,6 @@ _TURNS = 12  # steps of progress in half a turn
 # s without progress until the watchdog ends: six moves of a toddler. A passing child is gone sooner, and no detour in a
 # house takes as long.
 TIME_OUT = 10.0
-_LAST_OF_WAY = TIME_OUT / 2  # s; its grace for a base on its way to the goal
 
 
 class Driver:
@@ -291,7 +292,7 @@ class Driver:
             except PathError:
                 self._stops = True
         if self._stops:
-            self._path_goal, self._replan_at = None, view.now + REACTION
+            self._path_goal, self._replan_at = None, view.now + _STOPPING_INTERVAL
         else:
             self._path_goal, self._way = goal, points[1:]
 

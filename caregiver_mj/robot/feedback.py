@@ -11,11 +11,12 @@ from caregiver_mj.robot.limits import Limits
 from caregiver_mj.robot.scalar_motion import NOTHING, highest
 
 GENTLY = 0.5  # share of the jerk with which a velocity approaches the wanted one; beyond, it may overshoot
+_HALVINGS = 20  # steps of the search for the part of a change of acceleration that fits
 _PUSHED = 0.002  # rad; deviation from its reference beyond which a joint has been pushed
 _SETTLING = 0.1  # s; time in which an arm comes to rest, after which a deviation is due to a push
-# Return after a push, exponential at its end: greatest rate, rad/s, built up in that time; deviation that counts as
+# Return after a push, exponential at its end: greatest rate, rad/s; its increase, rad/s^2; deviation that counts as
 # none, rad.
-_COMING_BACK, _GONE = 0.15, 1e-4
+_COMING_BACK, _EASING, _GONE = 0.15, 1.5, 1e-4
 
 
 class FollowedVelocity:
@@ -94,7 +95,7 @@ class FollowedVelocity:
         def way(share: float) -> Vector:
             return less_x + share * (x - less_x), less_y + share * (y - less_y)
 
-        return way(highest(lambda share: self._fits(*way(share)), 0.0, 1.0))
+        return way(highest(lambda share: self._fits(*way(share)), 0.0, 1.0, _HALVINGS))
 
 
 def shortened(most: float, x: float, y: float) -> Vector:
@@ -130,7 +131,7 @@ class GivingWay:
             seconds: Time since the last update, s.
         """
         if not self.yields:
-            self._rate = min(_COMING_BACK, self._rate + _COMING_BACK * seconds / _SETTLING)
+            self._rate = min(_COMING_BACK, self._rate + _EASING * seconds)
             self.offset -= seconds * np.clip(self.offset / _SETTLING, -self._rate, self._rate)
             self.offset[np.abs(self.offset) < _GONE] = 0.0
         else:

@@ -12,7 +12,6 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.plans.layout import TABLE_HEIGHT
 from caregiver_mj.robot.base_motion import NO_SPEED, BaseMotion
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.feedback import FollowedVelocity, GivingWay, shortened
@@ -29,6 +28,7 @@ _TURN_SHARE = 1 / 3  # share of it for the turn of the base's surface: with a cr
 _MOST_LATE = 0.5  # greatest gain times delay of feedback; above, it oscillates (without end from pi / 2)
 _JOLTS = 4.0  # m/s^3; one sigma of the jerk by which feedback answers position noise
 _HELD_UP = 0.15  # m; deviation from the reference beyond which something holds the base up
+_HELD_UP_SHARE = 0.5  # share of the commanded speed below which something is in the base's way
 _LED_OFF = 0.05  # m; the same deviation of a base commanded off its path, which has room only so near to it
 
 # Delay of the actuators beyond the control timestep, as a share of it: smoothing commands over its four physics steps
@@ -39,6 +39,8 @@ _SMOOTHING = 3 / 8
 # this share of its speed, over the root of two sigmas, m^0.5, it keeps its limits nevertheless.
 _LANDS = 0.023
 _GRIPS = 0.5  # share of the fingers' speed with such an error: one may meet the candle before the other
+
+_ANY_HEIGHT = 7000  # 0.1 mm; height until `plan_reach` sets it: all reaches begin with the tucked arm
 
 #: Takes the wanted and the last commanded velocity of the base, m/s; returns the allowed one, and whether to brake to
 #: it at once.
@@ -92,6 +94,7 @@ class RobotMotion(BaseMotion):
         self.catch_up, self.drives = _CATCH_UP_SPEED, 0.0
         self.giving_way = GivingWay(len(arm_of(self.robot).tucked))
         self._feedback = _CATCH_UP_SPEED
+        self._seen_at = float(base[0]), float(base[1])
         self.led_off, self.stops, self._comes_to_rest = 0, False, False
         self._is_free = True  # whether the command follows the references, unbounded
         self.limits = limits
@@ -100,7 +103,7 @@ class RobotMotion(BaseMotion):
         self._hold((float(base[0]), float(base[1])))
         self._turning, self._turn_bound = limits.yaw, math.inf  # rad/s; lower near children
         self._yaw = ScalarMotion(limits.yaw, float(base[2]), brakes=True)
-        self.reach_path = reach_path(arm_of(self.robot), round(1e4 * TABLE_HEIGHT))  # until `plan_reach`
+        self.reach_path = reach_path(arm_of(self.robot), _ANY_HEIGHT)
         self._reach = ScalarMotion(self.reach_path.limits(0, 0), 0.0)
         self._lands_at: float | None = None  # place on the path to approach slowly, once the hand has stopped
         self._crept = math.inf  # time at which it began to creep
@@ -316,11 +319,23 @@ class RobotMotion(BaseMotion):
         action[layout.gripper] = self._gripper.at(end)[0]
         return action.copy()
 
+    def _let_go_at(self, position: Vector, moved: float) -> None:
+        """Give up the path of a base that has left it, or is held up on it, and `moved` at a speed, m/s.
+
+        The base comes to rest from the commanded motion, or from standstill if it is held up.
+        """
+        (vx, vy), (ax, ay) = self._velocity.commanded, self._velocity.acceleration
+        if moved < _HELD_UP_SHARE * math.hypot(vx, vy):
+            vx = vy = ax = ay = 0.0
+        lag = self.robot.servos.base_lag  # s; commands are early by it
+        self.let_go(position, (vx - lag * ax, vy - lag * ay), (ax, ay))
+
     def _base_action(self, base: Sequence[float], restrain: Restrain | None) -> tuple[float, float, float]:
         """Return the base's velocities: the references' with the servos' lag fed forward, and the feedback."""
         servos, now = self.robot.servos, self.now
         (x, y), _, _ = self._base_at(now)
-        here = float(base[0]), float(base[1])
+        before, here = self._seen_at, (float(base[0]), float(base[1]))
+        self._seen_at = here
         is_led_off = self.is_driving and not self._is_free
         came_to_rest, self._comes_to_rest = self._comes_to_rest, self.stops and self.is_driving
         if self._comes_to_rest or (came_to_rest and self.stops):  # in any place: beside a child nothing leads back
@@ -329,9 +344,7 @@ class RobotMotion(BaseMotion):
                 self._hold(here)
         elif math.dist((x, y), here) > (_LED_OFF if is_led_off else _HELD_UP):  # it must plan anew from there
             x, y = here
-            (vx, vy), (ax, ay) = self._velocity.commanded, self._velocity.acceleration
-            lag = servos.base_lag  # s; commands are early by it
-            self.let_go(here, (vx - lag * ax, vy - lag * ay), (ax, ay))
+            self._let_go_at(here, math.dist(here, before) / self._timestep)
         end = now + self._lead
         # Feed the base's lag forward as time: as acceleration, commands would jump with it.
         _, (vx, vy), _ = self._base_at(end + servos.base_lag)

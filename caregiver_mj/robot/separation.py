@@ -14,7 +14,7 @@ from collections.abc import Iterable
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import geometry
-from caregiver_mj.robot.base_motion import BUILDS_UP, NO_SPEED, PLANNED_AHEAD
+from caregiver_mj.robot.base_motion import NO_SPEED, PLANNED_AHEAD
 from caregiver_mj.robot.base_path import BRAKES_ALONG
 from caregiver_mj.robot.clearance import Clearance
 from caregiver_mj.robot.embodiment import Embodiment
@@ -22,20 +22,21 @@ from caregiver_mj.robot.feedback import GENTLY
 from caregiver_mj.robot.geometry import Pose, Vector
 from caregiver_mj.robot.kinematics import hand_offset, hand_position
 from caregiver_mj.robot.limits import CREEP, Limits, RobotLimits
-from caregiver_mj.robot.scalar_motion import NOTHING
 from caregiver_mj.robot.view import CHILD_RADIUS, ChildView, View
 
 # m, cosine between motion and child; a base nearer than this first leaves the child, in a direction below that cosine.
 BESIDE, LEAVING = 0.15, -0.8
-FORESIGHT = 2.2  # m; range within which paths avoid a child, and it bounds the base; a farther one will have moved on
-REACTION = 0.04  # s; delay of control and servo before the base brakes
+FORESIGHT = 2.2  # m; range within which paths avoid a child; a farther one will have moved on
+_REACTION = 0.04  # s; delay of control and servo before the base brakes
 _SEPARATION = 0.08  # m; distance that must remain when the base has stopped
+_FAR = 2.0  # m; range beyond which a child does not slow the base down
 FREE = 1.5  # m; distance of the nearest child from which on feedback and arm are unbounded
 _PASSING, _PASSING_GAP = 0.35, 0.4  # share of a passing speed that is approach at contact; m, gap where none is
 # Speeds of the base's surface along a child that comes to touch it, below a strike.
 _SLIDE_SPEED, _SLIDE_TOUCHING = 0.02, 0.025  # m/s; before contact, and in contact
 ADDED = 0.01  # m/s; the part of a turn, or of feedback, beside these or a creep
 _SLIDE_TOWARDS = 0.2  # greatest cosine between motion and child with which the base slides past and does not push
+_BUILDS_UP = 0.2  # s; time until a change of rate has built up
 _SLIDE_RATES = (1.0, 0.8, 0.6, 0.45, 0.33, 0.25, 0.18, 0.12, 0.08, 0.05)  # candidates
 _COMING_SPEED = 0.1  # m/s; speed of a child above which it comes towards the robot
 COMING_GAP, _TOUCHING_GAP = 0.9, 0.01  # m; gaps below which it counts, and below which it has arrived
@@ -45,10 +46,12 @@ GENTLE_GAP = 0.10  # m; gap below which the base yields to a push
 _RELEASED = 0.6
 _AT_HAND = 0.5  # m; distance of arm and child's centre below which the arm yields to a push
 _TUCKED = 0.05  # share of the reach below which the arm is tucked
+_WITHIN = 1e-6  # m; length of a vector of which only the direction is known
 _SOON = 0.8  # s; horizon within which a child keeps its velocity
 _HEAD_ON = 0.5  # cosine between motion and child above which `must_stop` considers the child
 _TOUCHED = 0.002  # m; gap of a child that touches the base, or will in the next control step
 _NO_NEARER = GENTLE_GAP / 2  # m; gap below which no motion leads to a child, and a path past it counts as barred
+_BRAKES = 0.8  # share of the acceleration limit for braking in contact; before contact commands keep to the limit
 # m/s; decrease of the command, before contact, of a base with little room to leave. A greater one would use nearly all
 # of its acceleration, and leave none to react to a child that walks round it.
 _EASES = 0.1
@@ -67,7 +70,7 @@ _MOVES_ON, _ASTRAY = 0.031, 0.034
 _RUNS_ON = tuple(0.04 * i for i in range(8))
 
 
-def is_alone(view: View, robot: Embodiment, apart: float = _SEPARATION + FORESIGHT) -> bool:
+def is_alone(view: View, robot: Embodiment, apart: float = _SEPARATION + _FAR) -> bool:
     """Return whether all children, also possible unseen ones, are over `apart` m away, by default beyond all bounds."""
     return _nearest(view) > robot.footprint + CHILD_RADIUS + apart
 
@@ -99,7 +102,9 @@ def is_child_at_hand(view: View, robot: Embodiment, reached: float) -> bool:
 
     `reached` is the extension as a share of the reach; tucked, the hand is above a child's head.
     """
-    return reached >= _TUCKED and is_child_at_arm(view, robot, _AT_HAND, 0.0)
+    if reached < _TUCKED or gap(view, robot) > FREE:
+        return False
+    return is_child_at_arm(view, robot, _AT_HAND, 0.0)
 
 
 def is_child_at_arm(view: View, robot: Embodiment, near: float, within: float) -> bool:
@@ -208,7 +213,7 @@ def _allowed_rate(
     """Return `allowed_rate` for one child and a velocity other than zero."""
     base = view.base
     room = _gap_however_turned(base, robot, child) - _SEPARATION
-    if room > FORESIGHT:
+    if room > _FAR:
         return 1.0
     gap = gap_to(base, robot, child)
     (vx, vy), speed = velocity, math.hypot(*velocity)
@@ -216,7 +221,7 @@ def _allowed_rate(
     away = math.hypot(dx, dy)
     towards, across = _along(velocity, way), (vx * dy - vy * dx) / away
     # While a change of rate builds up, the path speeds up, or turns.
-    soon = max(abs(across), abs(across + BUILDS_UP * (acceleration[0] * dy - acceleration[1] * dx) / away))
+    soon = max(abs(across), abs(across + _BUILDS_UP * (acceleration[0] * dy - acceleration[1] * dx) / away))
     slides = slide_speed(gap)
     creep = slides / max(abs(across), slides)
     leaves, comes_at = max(0.0, -_along(present, way)), _walking_speed(view, child)
@@ -229,7 +234,7 @@ def _allowed_rate(
     # approach * r * (stopping / 2 + reaction) + child * (stopping + reaction) = room, solved for r
     deceleration, build_up = limits.braking(velocity, acceleration)
     stopping = speed / deceleration
-    delay = REACTION + build_up + view.age
+    delay = _REACTION + build_up + view.age
     a = approach * stopping / 2
     b = approach * delay + comes_at * stopping
     c = comes_at * delay - room
@@ -253,7 +258,7 @@ def must_stop(
     bounds = (limits or robot.limits).as_commanded
     braking, jerk = BRAKES_ALONG * bounds.acceleration, BRAKES_ALONG * bounds.jerk
     ahead = (velocity[0] * acceleration[0] + velocity[1] * acceleration[1]) / speed
-    delay = REACTION + view.age + max(0.0, ahead + braking) ** 2 / (2 * braking * jerk)
+    delay = _REACTION + view.age + max(0.0, ahead + braking) ** 2 / (2 * braking * jerk)
     for child in view.children:
         towards = _along(velocity, _way_to(view.base, robot, child))
         needs = towards * (delay + speed / (2 * braking)) + _walking_speed(view, child) * (delay + speed / braking)
@@ -273,7 +278,7 @@ def _sliding_rate(
     for rate in _SLIDE_RATES:
         closing = comes_at + max(rate * towards, -leaves)
         until_touched = max(0.0, gap) / closing if closing > 0.0 else math.inf
-        if rate * across <= slide_speed(gap) + limits.slowing(until_touched - REACTION - view.age):
+        if rate * across <= slide_speed(gap) + limits.slowing(until_touched - _REACTION - view.age):
             return rate
     return 0.0
 
@@ -295,7 +300,7 @@ def allowed_turning(view: View, robot: Embodiment, velocity: Vector, turning: tu
     """
     limits, speed = robot.limits.yaw, math.hypot(*velocity)
     room, closing = _nearest(view) - robot.footprint - CHILD_RADIUS, view.child_runs + speed
-    if turning == (0.0, 0.0) and limits.slowing(room / closing - REACTION - view.age) > limits.velocity:
+    if turning == (0.0, 0.0) and limits.slowing(room / closing - _REACTION - view.age) > limits.velocity:
         return math.inf  # any turn that begins now can end in time
     # An accelerating turn becomes still faster before it can slow down.
     rate, acceleration = turning
@@ -306,12 +311,12 @@ def allowed_turning(view: View, robot: Embodiment, velocity: Vector, turning: tu
     unseen = view.unseen
     for child in view.children + unseen:
         gap = _gap_however_turned(view.base, robot, child)
-        if gap < FORESIGHT:
+        if gap < _FAR:
             creep, comes_at = ADDED / robot.footprint, view.child_runs
             if child in unseen:
                 creep, comes_at = max(creep, (CREEP + ADDED - speed) / robot.footprint), view.child_comes
             closing = comes_at + max(0.0, _along(velocity, _offset(view.base, child)))
-            time = max(0.0, gap) / closing - REACTION - view.age
+            time = max(0.0, gap) / closing - _REACTION - view.age
             too_fast = most > creep + limits.slowing(time - delay)
             allowed = min(allowed, creep if too_fast else creep + limits.slowing(time))
     return allowed
@@ -347,11 +352,11 @@ def outwards(robot: Embodiment, yaw: float, offset: Vector) -> Vector:
     place is an offset from the base's centre in the house's axes, m; `yaw` is the base's heading, rad.
     """
     if robot.sides == (0.0, 0.0):
-        return offset if offset != (0.0, 0.0) else (NOTHING, 0.0)  # at its very centre: any direction
+        return offset if offset != (0.0, 0.0) else (_WITHIN, 0.0)  # at its very centre: any direction
     x, y = geometry.rotate(-yaw, offset)
     beyond_x, beyond_y = abs(x) - robot.sides[0], abs(y) - robot.sides[1]
     if max(beyond_x, beyond_y) <= 0.0:  # an estimate within the base, where no child can be
-        beyond_x, beyond_y = (NOTHING, 0.0) if beyond_x > beyond_y else (0.0, NOTHING)
+        beyond_x, beyond_y = (_WITHIN, 0.0) if beyond_x > beyond_y else (0.0, _WITHIN)
     return geometry.rotate(yaw, (math.copysign(max(0.0, beyond_x), x), math.copysign(max(0.0, beyond_y), y)))
 
 
@@ -394,7 +399,7 @@ def restrain(
         if rounds == 1 or math.dist(left, wanted) < NO_SPEED:
             return left, is_touched
     # No velocity suits all children: brake.
-    speed, change = math.hypot(*before), seconds * limits.as_commanded.acceleration
+    speed, change = math.hypot(*before), seconds * _BRAKES * limits.as_commanded.acceleration
     kept = 1.0 - change / speed if is_touched and speed > change else 0.0
     return (kept * before[0], kept * before[1]), is_touched
 
@@ -428,7 +433,7 @@ def _restrained(
     away = math.hypot(dx, dy)
     x, y = dx / away, dy / away
     # In contact with any child, the command applies at once.
-    braking = seconds * command_limits.acceleration
+    braking = seconds * _BRAKES * command_limits.acceleration
     bounds = (braking, math.inf) if is_touched else (math.inf, GENTLY * command_limits.jerk)
     towards, commanded = vx * x + vy * y, before[0] * x + before[1] * y
     if room < _NO_NEARER:
