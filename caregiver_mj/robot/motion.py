@@ -21,10 +21,13 @@ from caregiver_mj.robot.limits import CREEP, Limits
 from caregiver_mj.robot.reach import ReachPath, reach_path
 from caregiver_mj.robot.scalar_motion import ScalarMotion
 
+_LEAST_TURN = 0.03  # rad/s; least bound of the base's turns
 _GENTLE_TURN = 0.02  # rad/s; greatest feedback of the heading with a child at the arm
 _CATCH_UP_SPEED = 0.3  # m/s; greatest feedback of the base, which an obstacle may release suddenly
 _RELEASE = 0.4  # m/s^2; increase of that bound after a child has lowered it
-_TURN_SHARE = 1 / 3  # share of it for the turn of the base's surface: with a creep along a child, less than a strike
+# The same of the heading, which a push at the arm turns: rad/s, rad/s^2. Share of `catch_up` for the turn of the base's
+# surface: with a creep along a child, the sum stays below a strike.
+_CATCH_UP_TURN, _RELEASE_TURN, _TURN_SHARE = 0.5, 1.0, 1 / 3
 _MOST_LATE = 0.5  # greatest gain times delay of feedback; above, it oscillates (without end from pi / 2)
 _JOLTS = 4.0  # m/s^3; one sigma of the jerk by which feedback answers position noise
 _HELD_UP = 0.15  # m; deviation from the reference beyond which something holds the base up
@@ -93,7 +96,7 @@ class RobotMotion(BaseMotion):
         self.now = 0.0
         self.catch_up, self.drives = _CATCH_UP_SPEED, 0.0
         self.giving_way = GivingWay(len(arm_of(self.robot).tucked))
-        self._feedback = _CATCH_UP_SPEED
+        self._feedback, self._turn_feedback = _CATCH_UP_SPEED, _CATCH_UP_TURN
         self._seen_at = float(base[0]), float(base[1])
         self.led_off, self.stops, self._comes_to_rest = 0, False, False
         self._is_free = True  # whether the command follows the references, unbounded
@@ -135,7 +138,7 @@ class RobotMotion(BaseMotion):
     def bound_turning(self, rate: float) -> None:
         """Limit the present rate of turns near a child, rad/s."""
         full, present = self._turning.velocity, self._yaw.limits.velocity
-        rate = min(full, rate)
+        rate = min(full, max(rate, _LEAST_TURN))
         if rate == present:  # the usual case
             return
         # Solve only for worthwhile changes. A turn that slows down continues to until there is room again.
@@ -145,7 +148,7 @@ class RobotMotion(BaseMotion):
         # While a turn above its bound accelerates, keep the bound: beside a child it would alternate at every timestep.
         may_speed_up = rate > most and (turns <= present or speed * acceleration <= 0.0)
         if rate < 0.9 * present or (may_speed_up and (rate == full or rate > 1.3 * most)):
-            within = turns if turns <= rate else 0.0  # just below its speed, the solver would nearly stop
+            within = turns if turns <= rate else _LEAST_TURN  # just below its speed, the solver would nearly stop
             self._turn_bound = math.inf if rate == full else max(0.9 * rate, within)
             self._turn_within(self._turning)
             self._yaw.set_limits(self._yaw.limits, self.now)
@@ -358,7 +361,9 @@ class RobotMotion(BaseMotion):
         vx, vy = self._velocity.follow(left, at_once, goes_on=math.dist(left, wanted) < NO_SPEED)
         self._is_free = math.dist((vx, vy), wanted) < NO_SPEED
         # A push at the arm turns the base as well.
-        most = _GENTLE_TURN if self.giving_way.yields else _TURN_SHARE * self._feedback / self.robot.footprint
+        released = min(_CATCH_UP_TURN, self._turn_feedback + _RELEASE_TURN * self._timestep)
+        released = min(released, _TURN_SHARE * self.catch_up / self.robot.footprint)
+        self._turn_feedback = most = _GENTLE_TURN if self.giving_way.yields else released
         back_yaw = min(most, max(-most, self._yaw_gain * (yaw - base[2])))
         # The reference is sampled beyond the next timestep, at which its bound may change: alone, it may jolt the base.
         turn, _ = self._turn_rate.follow((yaw_rate + servos.yaw_lag * yaw_acceleration + back_yaw, 0.0))
