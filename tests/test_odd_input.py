@@ -31,6 +31,7 @@ from caregiver_mj.plans.sets import house_set
 from caregiver_mj.plans.visibility import Sight
 from caregiver_mj.policy.own import OwnPolicy
 from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.viz.report import write_report
 
 TEXT = "######\n#B.S.#\n#....#\n#C..T#\n######"
 TINY = caregiver_mj.FloorPlan.parse(TEXT, "tiny")
@@ -310,6 +311,7 @@ ODD = {
         (lambda: settings(episodes=1.5), "episodes must be an integer of at least 1"),
         (lambda: settings(seed=-1), "seed must be an integer of at least 0"),
         (lambda: evaluate(Settings(TINY, "grid", episodes=1), jobs="a"), "jobs must be an integer of at least 1"),
+        (lambda: write_report([]), "at least 1 run"),
         (lambda: pool_runs([], "nowhere"), "at least 2, got 0"),
         (lambda: Settings(()).plan, "houses must be 1, got 0"),
         (lambda: evaluate(Settings(TINY, "grid", episodes=1), "DIR"), "folder must be a RunFolder or None, got"),

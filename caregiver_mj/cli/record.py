@@ -10,7 +10,7 @@ import pathlib
 import re
 from typing import TYPE_CHECKING
 
-from caregiver_mj.caregivers.registry import PLAYERS
+from caregiver_mj.caregivers.registry import PLAYERS, find_caregiver
 from caregiver_mj.cli import parsing
 from caregiver_mj.errors import CaregiverError, check_integer
 from caregiver_mj.experiments.provenance import origins, source_digest, versions
@@ -77,6 +77,8 @@ def _run(arguments: argparse.Namespace) -> None:
         arguments.episodes = len(answers)
     from caregiver_mj.envs.recipe import Recording  # needs an extra, and imports MuJoCo
 
+    if spec.caregiver != RANDOM and find_caregiver(spec.caregiver, queries=spec.queries) is None:
+        raise CaregiverError(f"caregiver must be one that acts, got '{spec.caregiver}'")
     if spec.caregiver in PLAYERS and not answers:
         raise CaregiverError(
             f"caregiver '{spec.caregiver}' requires --answers DIR, a run that `caregiver-mj view` has kept"

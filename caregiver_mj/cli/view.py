@@ -23,7 +23,7 @@ from caregiver_mj.experiments.runner import run_block
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.outside import plain
 from caregiver_mj.tasks import TASKS
-from caregiver_mj.viz import AUTO, CAMERAS
+from caregiver_mj.viz import AUTO, CAMERAS, OVERLAYS
 
 if TYPE_CHECKING:
     from caregiver_mj.experiments.spec import EpisodeSpec
@@ -52,7 +52,7 @@ def add_render(command: argparse.ArgumentParser) -> None:
     parsing.add(command, "--trust")
     command.add_argument("--seconds", type=float, default=30.0, help="greatest length of the film")
     drawn = "drawn on the floor: the predicted places of the child, and the hazards to it"
-    command.add_argument("--overlay", choices=["danger"], help=drawn)
+    command.add_argument("--overlay", choices=OVERLAYS, help=drawn)
     large = f"the large view: {AUTO} (default), the house and a close shot of what happens, or {', '.join(CAMERAS)}"
     command.add_argument("--camera", default=AUTO, metavar="NAME", help=large)
     command.add_argument("--out", required=True, metavar="FILE", help="film to write: .mp4, .gif or .webp")

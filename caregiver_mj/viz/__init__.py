@@ -14,6 +14,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
+OVERLAYS = ("danger",)  # of films
 AUTO = "auto"  # name of the automatic camera
 CAMERAS = ("overview", "follow", "wrist", "eye")  # of a house with a robot
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import math
+import numbers
 import os
 import pathlib
 import subprocess
@@ -18,18 +19,19 @@ import numpy as np
 from PIL import Image
 
 from caregiver_mj.caregivers.registry import check_acts_alone
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.errors import CaregiverError, check_kind, check_number
 from caregiver_mj.experiments.runner import run
 from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.policy.own import OwnPolicy
-from caregiver_mj.viz import AUTO, director, hud, progress_bar
+from caregiver_mj.viz import AUTO, OVERLAYS, director, hud, progress_bar
 from caregiver_mj.viz.cameras import Camera, Pose, StillCamera, TileLayer
 from caregiver_mj.viz.colours import GROUND
 from caregiver_mj.viz.episode import Episode
 from caregiver_mj.viz.moment import HudState, place_of
 
-_LONGEST = 86_400  # s; greatest length of a film
+_SMALLEST, _LARGEST = (320, 240), (3840, 2160)  # pixels
+LONGEST = 86_400  # s; greatest length of a film
 FORMATS = ".mp4", ".gif", ".webp"  # suffixes of films
 _LOSSY = dict.fromkeys(FORMATS[1:], ("-crf", "8"))  # finer quality for films to convert
 _TRAIL_SECONDS = 20.0  # s; length of the children's trails
@@ -60,11 +62,21 @@ _OPTIONS = (
 class Picture:
     """Size, frame rate and camera of a film."""
 
-    width: int = 1280  #: pixels, even, at least 320
-    height: int = 720  #: pixels, even, at least 240
+    width: int = 1280  #: pixels, even
+    height: int = 720  #: pixels, even
     fps: float = 30.0  #: frames per second
     #: camera of the large view: one of the model's, or "auto" for the whole house with a close-up beside it
     camera: str = AUTO
+
+    def check(self) -> None:
+        """Raise CaregiverError unless size and frame rate are valid."""
+        for what, smallest, largest in zip(("width", "height"), _SMALLEST, _LARGEST, strict=True):
+            size = getattr(self, what)
+            if not isinstance(size, int) or size % 2 or not smallest <= size <= largest:
+                raise CaregiverError(
+                    f"{what} must be an even number of pixels from {smallest} to {largest}, got {size!r}"
+                )
+        check_number("fps", self.fps, 1, 120)
 
 
 class Studio:
@@ -183,10 +195,13 @@ def render_episode(
         CaregiverError: An argument is invalid, or a file cannot be written.
         RenderingError: No OpenGL backend works.
     """
-    if not 0 < seconds <= _LONGEST:
-        raise CaregiverError(f"seconds must be a positive number of at most {_LONGEST:,}, a day, got {seconds!r}")
+    picture.check()
+    if not (isinstance(seconds, numbers.Real) and 0 < seconds <= LONGEST):
+        raise CaregiverError(f"seconds must be a positive number of at most {LONGEST:,}, a day, got {seconds!r}")
     if not answers:
         check_acts_alone(spec.caregiver)
+    if overlay not in (None, *OVERLAYS):
+        raise CaregiverError(f"no overlay '{overlay}': there is {', '.join(OVERLAYS)}")
     path, still = _writable(path, *FORMATS), None if still is None else _writable(still, ".png")
     cameras = () if picture.camera == AUTO else (picture.camera,)
     filmed = Episode(dataclasses.replace(spec, world="house"), overlay == "danger", answers, cameras)
@@ -243,7 +258,7 @@ def film_writer(path: pathlib.Path, fps: float) -> Iterator[Callable[[np.ndarray
     """Yield a function that takes frames, (height, width, 3). The file appears only when the film is complete.
 
     Raises:
-        CaregiverError: The file cannot be written.
+        CaregiverError: The file cannot be written, or there was no frame.
     """
     unfinished = path.with_name(f".{path.name}.part.mp4")
     params = [*_OPTIONS, *_LOSSY.get(path.suffix.lower(), ())]
@@ -261,6 +276,8 @@ def film_writer(path: pathlib.Path, fps: float) -> Iterator[Callable[[np.ndarray
         )
         with writer:
             yield writer.append_data
+        if not unfinished.exists():
+            raise CaregiverError(f"a film must have at least 1 picture, got none for '{path}'")
         _convert(unfinished, path)
         unfinished.replace(path)
     except OSError as error:
@@ -295,6 +312,7 @@ def _convert(film: pathlib.Path, path: pathlib.Path) -> None:
 
 def _writable(path: str | os.PathLike[str], *suffixes: str) -> pathlib.Path:
     """Return the path; raise CaregiverError unless a file with one of the suffixes can be written there."""
+    check_kind("a file", path, str, os.PathLike)
     path = pathlib.Path(path)
     if path.suffix.lower() not in suffixes:
         names = ", ".join(f"FILE{suffix}" for suffix in suffixes)

@@ -96,6 +96,8 @@ def test_a_film_is_of_the_kind_that_its_name_says(tmp_path, suffix):
     ("name", "settings", "message"),
     [
         ("film.mp4", {"still": "still.jpg"}, "must be called FILE.png"),
+        ("film.mp4", {"picture": Picture(321)}, "width must be an even number"),
+        ("film.mp4", {"picture": Picture(fps=0.0)}, "fps must be in"),
         ("film.mp4", {"seconds": float("nan")}, "seconds must be a positive"),
         ("film.mp4", {"picture": Picture(camera="nowhere")}, "no camera 'nowhere': there are follow, overview"),
     ],

@@ -86,4 +86,6 @@ def test_who_believes_nothing_shows_nothing(house, tmp_path, caregiver):
     spec = EpisodeSpec(house, caregiver=caregiver)
     with pytest.raises(CaregiverError, match="must predict"):
         render_episode(tmp_path / "film.mp4", spec, overlay="danger", quiet=True)
+    with pytest.raises(CaregiverError, match="no overlay 'rain': there is danger"):
+        render_episode(tmp_path / "film.mp4", spec, overlay="rain", quiet=True)
     assert not list(tmp_path.iterdir())

@@ -44,7 +44,7 @@ _TYPICAL = 0.5  # preferred share of random moves of the filmed children
 
 
 def write_report(
-    folders: Sequence[str | os.PathLike[str]],
+    folders: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
     film: str | os.PathLike[str] | None = None,
     *,
     caregiver: str = "",
@@ -54,7 +54,7 @@ def write_report(
     """Write report.html, tables.md and figures/ into the first of some folders; return the path of the page.
 
     Args:
-        folders: Folders of finished runs, at least one, each of another world or house.
+        folders: Folders of finished runs, each of another world or house.
         film: The film to show; None for the first in the folders, if there is one.
         caregiver: The caregiver to report on, beside the others; "" for the paper's rule, or the first one that acts.
         render: Whether to film the first episode of a run instead.
@@ -66,6 +66,9 @@ def write_report(
         RenderingError: No OpenGL backend works.
         StorageError: The report cannot be written.
     """
+    folders = [folders] if isinstance(folders, str | os.PathLike) else folders
+    if not folders:
+        raise CaregiverError("a report must be of at least 1 run, got none")
     given = [read_run(folder, caregiver) for folder in folders]
     places = [(run.settings.world, *(plan.name for plan in run.settings.plans)) for run in given]
     if len(set(places)) < len(places):
