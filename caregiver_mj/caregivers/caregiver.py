@@ -64,16 +64,22 @@ class Caregiver(abc.ABC):
     def reset(  # noqa: B027 (most remember nothing)
         self, batch: int, seeds: Sequence[int] | None = None, children: int = 1
     ) -> None:
-        """Begin B new episodes with K children each.
+        """Begin B new episodes.
 
-        Random caregivers draw by the seed of each episode: an episode must not depend on its batch.
+        Args:
+            batch: B, the number of episodes.
+            seeds: A seed for each episode, for random caregivers: an episode must not depend on its batch.
+            children: K, the number of children in each.
         """
 
     def prepare(self, candle_table: np.ndarray) -> np.ndarray:
         """Make the house safe before the children come in; called after `reset`.
 
-        Takes the index of each candle's table in the floor plan, and returns that at the start of the episode, (B,
-        candles) each.
+        Args:
+            candle_table: Index of each candle's table in the floor plan, (B, candles).
+
+        Returns:
+            Index of each candle's table at the start of the episode, (B, candles).
         """
         return candle_table
 
@@ -200,9 +206,18 @@ def check_numbers(what: str, numbers: np.ndarray, batch: int, least: int, most: 
 
 
 def starting_tables(plan: FloorPlan, caregiver: Caregiver | None, batch: int = 1) -> np.ndarray:
-    """Return each candle's table at the start of B episodes, (B, candles): the floor plan's, or that of `prepare`.
+    """Return the tables of the candles at the start: those of the floor plan, or of the caregiver's `prepare`.
 
-    The caregiver has been `reset`. An invalid answer of it raises CaregiverError.
+    Args:
+        plan: The house.
+        caregiver: The caregiver, after its `reset`, or None.
+        batch: B, the number of episodes.
+
+    Returns:
+        Table indices, (B, candles).
+
+    Raises:
+        CaregiverError: The caregiver's answer is invalid.
     """
     as_planned = np.tile(np.array(plan.candle_tables, int), (batch, 1))
     if caregiver is None:

@@ -170,10 +170,16 @@ class Slots:
     """
 
     def __init__(self, plan: FloorPlan, slots: Places | None, shape: Sequence[int] | None):
-        """Assign hazards to so many slots for stairwells, candles and, optionally, things on the floor.
+        """Assign hazards to slots.
 
-        None stands for the numbers of the house. Others that are invalid, above 1,000, or too small for the house raise
-        CaregiverError.
+        Args:
+            plan: The house.
+            slots: Numbers of slots for stairwells, candles and, optionally, things on the floor; None for those of the
+                house.
+            shape: Rows and columns; None for those of the house.
+
+        Raises:
+            CaregiverError: The numbers are invalid, above 1,000, or too small for the house.
         """
         needed = places_needed([plan])
         places = _enough(plan, "slots", "stairwells and candles, such as (4, 6)", slots, needed, 2, 3)

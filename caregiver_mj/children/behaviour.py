@@ -56,9 +56,14 @@ class Behaviour(abc.ABC):
 
     @abc.abstractmethod
     def act(self, sight: ChildPercept, draws: np.ndarray) -> np.ndarray:
-        """Return the moves, indices into `ACTIONS`, or NOTHING to stay, (B,).
+        """Choose the moves.
 
-        Of the uniform draws, (B, 3), the first two are for the move, the last for the next bin.
+        Args:
+            sight: The observations.
+            draws: Uniform draws, (B, 3): the first two for the move, the last for the next bin.
+
+        Returns:
+            Indices into `ACTIONS`, or NOTHING to stay, (B,).
         """
 
     def epsilons(self, batch: int) -> np.ndarray:

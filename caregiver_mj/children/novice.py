@@ -56,8 +56,12 @@ class Expert(Novice):
 def shortest_path_actions(plan: FloorPlan, distance: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Return the first moves of all shortest paths from every cell to every bin.
 
-    First their number, (free cells, bins), then the moves, (free cells, bins, 4), padded with zeros. The distances to
-    every bin, (free cells, bins), are `CellGraph.bin_distances` by default.
+    Args:
+        plan: The house.
+        distance: Distance to every bin, (free cells, bins); `CellGraph.bin_distances` by default.
+
+    Returns:
+        The number of such moves, (free cells, bins), and the moves, (free cells, bins, 4), padded with zeros.
     """
     next_cell, target, index = plan.graph.moves
     distance = plan.graph.bin_distances if distance is None else distance

@@ -91,7 +91,13 @@ class BaseMotion:
         self._playback.run_at(self._rate, self.now, at_once=True)
 
     def let_go(self, position: Vector, velocity: Vector, acceleration: Vector) -> None:
-        """Give up the path, and come to rest as soon as possible from a motion, in m and s."""
+        """Give up the path, and come to rest as soon as possible.
+
+        Args:
+            position: Position of the base, m.
+            velocity: Its velocity, m/s.
+            acceleration: Its acceleration, m/s^2.
+        """
         self.led_off += 1
         self._hold(position)
         self.stops = True

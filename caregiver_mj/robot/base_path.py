@@ -74,7 +74,14 @@ class BasePath:
 
     @classmethod
     def to_rest(cls, position: Vector, velocity: Vector, acceleration: Vector, limits: Limits) -> BasePath:
-        """Return the path on which a base comes to rest as soon as possible, from a velocity other than zero."""
+        """Return the path on which a base comes to rest as soon as possible.
+
+        Args:
+            position: Present position, m.
+            velocity: Present velocity, m/s, not zero.
+            acceleration: Present acceleration, m/s^2.
+            limits: Bounds of speed, acceleration and jerk.
+        """
         path, speed = cls([position], limits), math.hypot(*velocity)
         axis = (velocity[0] / speed, velocity[1] / speed)
         asked = parameters([0.0, 0.0], [speed, 0.0], list(_in_frame(acceleration, axis)), limits)
@@ -243,7 +250,12 @@ class PathSpeeds:
     """Speeds and lengths, within limits, of straight pieces and corners."""
 
     def __init__(self, limits: Limits, deviation: float):
-        """Set the limits, and the greatest cut of a blended corner inside the polyline, m."""
+        """Set the bounds.
+
+        Args:
+            limits: Bounds of speed, acceleration and jerk.
+            deviation: Greatest cut of a blended corner inside the polyline, m.
+        """
         self._limits, self._deviation = limits, deviation
 
     def time_to_change(self, change: float) -> float:

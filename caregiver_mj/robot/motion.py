@@ -91,7 +91,11 @@ class RobotMotion(BaseMotion):
         self._timestep, self._lead = control_timestep, (1.0 + _SMOOTHING) * control_timestep
 
     def reset(self, base: Sequence[float]) -> None:
-        """Begin an episode at rest at a pose (x, y, yaw), m and rad, with the arm tucked and the gripper open."""
+        """Begin an episode at rest, with the arm tucked and the gripper open.
+
+        Args:
+            base: Pose (x, y, yaw) of the base, m and rad.
+        """
         limits = self.robot.limits
         self.now = 0.0
         self.catch_up, self.drives = _CATCH_UP_SPEED, 0.0
@@ -128,7 +132,8 @@ class RobotMotion(BaseMotion):
     def turn_gently(self, rate: float = math.inf) -> None:
         """Limit turns from the next goal until the gripper opens: a candle slips in the hand.
 
-        For something that slips sooner there is a greatest rate, rad/s; until then it only falls.
+        Args:
+            rate: Greatest rate, rad/s, for something that slips sooner; until then it only falls.
         """
         gentle = self.robot.limits.yaw_gentle
         limits = dataclasses.replace(gentle, velocity=min(rate, gentle.velocity, self._turning.velocity))

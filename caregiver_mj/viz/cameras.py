@@ -156,6 +156,7 @@ class StillCamera(Camera):
         return self._picture
 
     def set_scene(self) -> None:
+        """Update the scene."""
         self.view.update()
         if self._id >= 0 and self._model.camera(self._id).name == EYE:
             raise_walls(self._physics, self.view.scene)
@@ -237,6 +238,7 @@ class TileLayer(StillCamera):
         picture[seen] = (picture[seen] * (1.0 - opacity) + colour * opacity).round()
 
     def set_scene(self) -> None:
+        """Update the scene, with the tiles."""
         super().set_scene()
         draw_tiles(self.view.scene.ptr, self._tiles, first=_FIRST)
 

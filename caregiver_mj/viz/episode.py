@@ -65,6 +65,7 @@ class Episode:
         return self._forecast[1]
 
     def tiles(self) -> list[Tile]:
+        """Return the predictions as tiles on the floor."""
         return self.forecast.tiles(self.env.task.plan, self._candles()) if self.forecast else []
 
     def overview(self) -> tuple[np.ndarray, np.ndarray, float]:

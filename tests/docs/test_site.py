@@ -7,9 +7,11 @@ import pathlib
 import re
 import subprocess
 import sys
+import types
 
 import api_pages
 import gallery
+import numpy as np
 import paper_figures
 import pytest
 import reproduce
@@ -21,6 +23,8 @@ from caregiver_mj.caregivers.registry import CAREGIVERS, PLAYERS
 from caregiver_mj.children.child_group import CHILDREN
 from caregiver_mj.experiments.spec import BARE_TABLES
 from caregiver_mj.interventions.verb import VERBS
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import KINDS
 from caregiver_mj.plans.sets import house_set
 from caregiver_mj.tasks import TASKS
 from studies import results
@@ -61,6 +65,15 @@ def test_tables_are_as_the_code_is():
     assert old == []
     api = {path.name: path.read_text("utf-8") for path in api_pages.FOLDER.iterdir()}
     assert api == api_pages.pages()
+
+
+def test_tables_of_a_task_are_of_a_house_that_has_what_it_needs(monkeypatch):
+    for kind in KINDS:
+        task = types.SimpleNamespace(find_kind=lambda kind=kind: types.SimpleNamespace(needs=kind))
+        monkeypatch.setitem(tables.TASKS, "mine", task)
+        if kind.verb:  # nothing can be done about a bare table
+            assert kind.verb in FloorPlan.load(tables.house_for("mine")).hazards.verb
+    assert tables.house_for("supervise") == "paper"
 
 
 def test_every_environment_is_filmed_and_scored():
@@ -108,6 +121,20 @@ def test_figures_of_the_results_show_the_tables_as_they_are():
     for file in paper_figures.FIGURES:
         picture = html.unescape((DOCS / file).read_text("utf-8"))
         assert json.dumps(paper_figures.tables(file)) in picture, file
+
+
+@pytest.mark.parametrize(
+    ("cell", "wanted"),
+    [
+        ("0.31 (0.19 to 1.97); 34 % (20 to 50)", [0.31, 0.19, 1.97]),
+        ("0.31 [0.19, ∞]\n3.2 of 10.1", [0.31, 0.19, np.nan]),
+        ("-0.31 (too few episodes for an interval)\n3.2 of 10.1", [-0.31, np.nan, np.nan]),
+        ("0.46 (–); 34 % (20 to 50)", [0.46, np.nan, np.nan]),
+        ("–", [np.nan, np.nan, np.nan]),
+    ],
+)
+def test_figures_read_the_interval_of_a_cell_and_no_other_number(cell, wanted):
+    np.testing.assert_array_equal(paper_figures.estimate(cell), wanted)
 
 
 def test_links_lead_somewhere():

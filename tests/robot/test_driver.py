@@ -16,6 +16,8 @@ from caregiver_mj.robot.skills.skill import Rest
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import ChildView
 
+STRIKE_SPEED = 0.05  # m/s
+
 TOUCHING = 0.27 + 0.12  # metres between the middles of base and child
 WALKING_SPEED = 0.44  # m/s
 OPEN = FloorPlan.parse("########\n#......#\n#S.....#\n#......#\n#B.....#\n########", "open")
@@ -211,3 +213,19 @@ def test_a_base_that_is_there_may_stay_but_not_be_driven_off_again_and_again_for
     patience.last_for_ever()
     patience.note(1, now=20.0)
     assert not patience.is_over(1e6)
+
+
+def test_a_base_between_two_children_drives_into_neither():
+    drive = Drive(CORRIDOR, (2, 5), (2, 1), walks_from(CORRIDOR, (2, 2), 1.0), walks_from(CORRIDOR, (2, 8), -1.0))
+    for _ in range(500):
+        drive.step()
+        (x, y), velocity, _ = drive.robot.base_reference()
+        for i, one in enumerate(drive.children):
+            dx, dy = one.position[0] - x, one.position[1] - y
+            distance = math.hypot(dx, dy)
+            if distance - TOUCHING < 0.08:
+                assert (velocity[0] * dx + velocity[1] * dy) / distance < STRIKE_SPEED
+            if distance - TOUCHING < 0.03:  # it stops where it would run into the base
+                drive.children[i] = one._replace(velocity=(0.0, 0.0))
+    assert drive.gap() > -0.01
+    np.testing.assert_allclose(drive.robot.base_reference()[1], 0.0, atol=0.01)

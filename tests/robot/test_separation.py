@@ -11,11 +11,14 @@ from hypothesis import strategies as st
 from views import ROBOT, TIMESTEP, at_rest, child, view
 
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.robot import separation
+from caregiver_mj.robot import governor, separation
+from caregiver_mj.robot.clearance import Clearance
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.scalar_motion import ScalarMotion
 from caregiver_mj.robot.separation import allowed_rate
+
+WIDE = FloorPlan.parse("\n".join(["#" * 30, "#S{0}#", *["#.{0}#"] * 24, "#B{0}#", "#" * 30]).format("." * 27), "wide")
 
 STRIKE_SPEED = 0.05  # m/s
 TOUCHING = 0.27 + 0.12  # metres between the middles of base and child
@@ -265,3 +268,26 @@ def test_the_gap_is_that_between_the_shapes_and_outwards_is_square_to_the_surfac
     assert separation.gap_to(base, SQUARE, child(*place)) == pytest.approx(gap, abs=1e-5)
     out = separation.outwards(SQUARE, yaw, (place[0] - base[0], place[1] - base[1]))
     assert np.array(out) / math.hypot(*out) == pytest.approx((ends[3:5] - ends[:2]) / gap, abs=2e-2)
+
+
+@settings(max_examples=60, deadline=None)
+@given(way=ways, when=st.floats(0.0, 0.8), aside=st.tuples(st.floats(-0.3, 0.3), st.floats(-0.3, 0.3)))
+@example(
+    way=[(2.628, 0.878), (1.575, 0.675), (0.894, 0.852), (1.637, 0.729)], when=0.4912, aside=(-0.188, -0.032)
+)  # on its path alone it still had 0.2 m/s
+def test_a_base_is_at_rest_before_a_child_that_comes_whatever_its_path(way, when, aside):
+    points, robot, clearance = polyline(way), at_rest(), Clearance(WIDE, ROBOT)
+    robot.drive_along(points, lambda _: True)
+    sets_off = when * robot.time_left
+    base, toddler, walks, told = np.zeros(2), np.add(points[-1], aside), np.zeros(2), np.zeros(2)
+    is_far = np.linalg.norm(toddler) > 2.0
+    while robot.now < 8.0 and (room := np.linalg.norm(base - toddler)) > TOUCHING:
+        if robot.now >= sets_off:
+            walks = CHILD_SPEED * (base - toddler) / room
+        seen = view(child(*toddler, *walks), base=(*base, 0.0), now=robot.now)
+        robot.drives = 1.0
+        told = governor.govern(seen, robot, clearance, TIMESTEP)[ROBOT.layout.base][:2]
+        base, toddler = base + TIMESTEP * told, toddler + TIMESTEP * walks
+        robot.now += TIMESTEP
+    assert base.any() or not is_far  # it sets off
+    assert robot.now >= 8.0 or told @ (toddler - base) < STRIKE_SPEED * TOUCHING

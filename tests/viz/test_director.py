@@ -185,3 +185,12 @@ def test_redrawn_part_equals_the_whole_picture_drawn_anew():
         assert episode.run_until(second)
         picture, whole = still.render(), engine.Camera(episode.env.physics, **size, camera_id="overview").render()
         assert (picture != whole).any(axis=2).sum() < 20  # rounding at the edges of shapes
+
+
+def test_a_close_shot_pans_after_one_who_walks_and_cuts_to_one_who_is_elsewhere():
+    one, other = (-3.0, 1.0), (4.0, -2.0)
+    shot = director.CloseShot(1.2, 10.0, NOTHING_THERE)
+    first = shot.follow(moment((one,)))
+    panned = shot.follow(moment(((-2.5, 1.0),)))
+    assert 0 < panned.place[0] - first.place[0] < 0.3
+    assert abs(shot.follow(moment((other,))).place[0] - other[0]) < 1.5

@@ -54,6 +54,7 @@ class Run(Finished):
 
     @property
     def houses(self) -> int:
+        """Number of houses."""
         return len(self.settings.plans)
 
     @property
@@ -87,6 +88,7 @@ class Run(Finished):
 
     @property
     def nouns(self) -> dict[str, str]:
+        """Nouns for its children."""
         return words.SEVERAL if self.several else words.SINGLE
 
     @property
@@ -115,6 +117,7 @@ class Run(Finished):
         return next((r for r in rows if (r["caregiver"], r["baseline"], r["family"]) == wanted), {})
 
     def mean(self, caregiver: str, column: str) -> float:
+        """Return the mean over all episodes of all families."""
         return float(self.episodes.loc[self.episodes.caregiver == caregiver, column].mean())
 
     def command(self) -> str:

@@ -69,6 +69,7 @@ class Session:
         self._speed = float(speed)
 
     def hurry(self, times: float) -> None:
+        """Multiply the speed, within its range."""
         self.speed = min(max(times * self.speed, SLOWEST), FASTEST)
 
     def skip_time(self) -> None:
@@ -76,6 +77,7 @@ class Session:
         self._last = self._clock()
 
     def toggle(self) -> None:
+        """Pause or continue."""
         self.skip_time()
         self.playing = not self.playing and not self.over
 

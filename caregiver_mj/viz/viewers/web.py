@@ -54,7 +54,11 @@ class WebViewer:
     """Serves a session to browsers at `url`. Everything except the network runs in the thread that calls `run`."""
 
     def __init__(self, session: Session, host: str, port: int, rate: float, plain: bool = False):
-        """Serve a session at a free address, at a rate of updates per second; `plain` leaves out slow shadows."""
+        """Serve a session at an address, with a rate of updates per second; `plain` without shadows, which are slow.
+
+        Raises:
+            CaregiverError: The address is not available.
+        """
         self.session, self._period, self._plain = session, 1.0 / rate, plain
         self._wishes: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         with contextlib.redirect_stdout(io.StringIO()), _guarded(host):  # without its message
@@ -76,6 +80,7 @@ class WebViewer:
             self.show()
 
     def show(self) -> None:
+        """Show the present moment."""
         episode = self.session.episode
         if self._scene.kind != _kind(episode):
             self._scene = WebScene(self.server, episode, self._plain)
@@ -84,6 +89,7 @@ class WebViewer:
         self._scene.show(episode, self._panel.foreseen.value)
 
     def close(self) -> None:
+        """Stop the server."""
         with contextlib.redirect_stdout(io.StringIO()):
             self.server.stop()
 

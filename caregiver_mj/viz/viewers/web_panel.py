@@ -47,6 +47,7 @@ class Panel:
         self._same = self._gui.add_html("")
 
     def show(self) -> None:
+        """Show the present moment."""
         session = self._session
         labels = tuple(" ".join(target).rstrip() for target in session.targets) or self._nobody
         if labels != self._targets.options:

@@ -80,6 +80,7 @@ class Window:
             time.sleep(max(due - time.monotonic(), 0.0))
 
     def show(self) -> None:
+        """Show the present moment."""
         episode = self.session.episode
         with self._viewer.lock():
             mujoco.mj_copyData(self._data, self._model, episode.env.physics.data.ptr)
