@@ -35,7 +35,7 @@ _LAST = ("scripts/study.py results --docs {docs}", "scripts/paper_figures.py --d
 # Commands that only show what others have run, as `cli` and `viz` do in the package.
 _SHOW = ("scripts/study.py results", "scripts/leaderboard_page.py", "examples/learning_page.py")
 _TABLE_END = "<!-- end -->"
-_AS = "; rows equal to those of "  # in a mark, between the present version and the one that made the rows
+_AS = ", rows of "  # in a mark, between the present sources and those that made the rows
 _PLACE = re.compile(r" --[\w-]+(?: \S*\{\w+\}\S*)+| --resume")  # options that say where or how, not what
 
 
@@ -201,11 +201,8 @@ def keep_equal(older: pathlib.Path, newer: pathlib.Path, docs: pathlib.Path, ent
             continue
         for page, mark in pages:
             if not entry.is_mark(mark):
-                first = mark.rpartition(_AS)[2]
-                text = page.read_text("utf-8").replace(
-                    _mark(entry.name, mark), _mark(entry.name, entry.made + _AS + first)
-                )
-                page.write_text(text, "utf-8")
+                kept = _mark(entry.name, entry.made + _AS + mark.rpartition(" ")[2])
+                page.write_text(page.read_text("utf-8").replace(_mark(entry.name, mark), kept), "utf-8")
     return differ
 
 

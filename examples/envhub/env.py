@@ -35,7 +35,7 @@ class ForLeRobot(gymnasium.Wrapper):
         self._render, self._width, self._height = env.physics.render, *size
         self._cameras, self.task = cameras, task
         self.task_description = sys.modules[type(env.task).__module__].__doc__.partition("\n")[0]
-        self._max_episode_steps = int(env.task.control_steps)
+        self._max_episode_steps = int(env.task.length)
         picture = spaces.Box(0, 255, (self._height, self._width, 3), np.uint8)
         pixels = spaces.Dict(dict.fromkeys(cameras, picture))
         self.observation_space = spaces.Dict({"agent_pos": self.env.observation_space, "pixels": pixels})

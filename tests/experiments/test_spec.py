@@ -35,7 +35,7 @@ runs = st.builds(
         FloorPlan.parse,
         st.just(TEXT),
         st.sampled_from(["tiny", "ä/b"]),
-        st.floats(0.5, 2.0),
+        st.floats(0.5, 1.1),
         st.builds(DamageWeights, st.floats(0.0, 1e3), share, share, mug=share),
     ),
     st.sampled_from(["house", "grid"]),
