@@ -212,7 +212,7 @@ def _rows(run: pathlib.Path) -> dict[str, str]:
         path: pd.read_parquet(path).drop(columns="wall_seconds", errors="ignore") for path in run.rglob("*.parquet")
     }
     found = {path: table.to_csv() for path, table in tables.items()}
-    found |= {path: path.read_text("utf-8").replace(str(run), "") for path in run.glob("*.txt")}
+    found |= {path: path.read_text("utf-8").replace(str(run.parent), "") for path in run.glob("*.txt")}
     return {str(path.relative_to(run)): text for path, text in found.items()}
 
 

@@ -2,7 +2,7 @@
 
 Beside each other: strikes as ever, by the robot's speed towards the child, and by that of its surface, turning and
 sliding too; strikes and pressings by who moved; pressings by the part of the robot; forces, with what adults bear; how
-close flame and wax come; and how close the robot came to its limits, if that is asked for.
+close flame and wax come; which skill took longest; and how close the robot came to its limits, if that is asked for.
 """
 
 from __future__ import annotations
@@ -26,9 +26,12 @@ from caregiver_mj.experiments.workers import run_jobs
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.sensing import Sensing
 from caregiver_mj.outside import parse_json
+from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.recording.contacts import STRIKE_SPEED, Contacts, Touch
+from caregiver_mj.robot.skills import Skill
+from caregiver_mj.robot.status import Status
 from caregiver_mj.tasks import load
 from caregiver_mj.viz.report.tables import counts_table, limits_table
 from caregiver_mj.viz.report.words import Table, family_name
@@ -73,6 +76,7 @@ def run(options: argparse.Namespace) -> None:
         print(page(episodes, options.compliant))
         print(presses_table(episodes).markdown())
         print(f"Strikes by a robot that stood, and that a child pushed: {episodes.strikes_pushed.sum():.0f}.")
+        print(longest_skill(episodes))
         if audit := audit_of(episodes):
             report(make_console(), audit)
             name = robot if len(options.embodiment) > 1 else "the robot"
@@ -150,23 +154,47 @@ def _touched(physics: Physics, child: int) -> set[str]:
     return found
 
 
+class Longest:
+    """The skill at which the robot was longest without a break, but for what is done and goes on.
+
+    Attributes:
+        skill: Its name.
+        seconds: How long that was.
+    """
+
+    def __init__(self) -> None:
+        self.skill, self.seconds = "", 0.0
+        self._now: Skill | None = None
+        self._since = 0.0
+
+    def look(self, policy: CaregiverPolicy, now: float) -> None:
+        """Takes in what is being done at a time, seconds since the episode's start."""
+        routine = policy.executive.routine
+        skill = routine.skill if routine and policy.target != NOTHING else None
+        if skill is not self._now or (skill and skill.status is Status.DONE):
+            self._now, self._since = skill, now
+        elif skill and now - self._since > self.seconds:
+            self.skill, self.seconds = type(skill).__name__, now - self._since
+
+
 def supervise(audited: frozenset[Job], job: Job) -> dict[str, Any]:
     """Run one episode, and audits it if it is one of these; returns its row."""
     (plan,) = houses_named([job.house])
     sensing = json.loads(job.sensing) if job.sensing else None
     kwargs = {"compliant_children": job.compliant, "embodiment": job.embodiment, "sensing": sensing}
     env = load("supervise", plan, ChildGroup.parse(job.family), episode_random(0), task_kwargs=kwargs, visuals=False)
-    policy, seed = CaregiverPolicy(env, job.caregiver), episode_seed(0, job.episode)
-    presses = Presses(len(env.task.children))
+    policy, seed, longest = CaregiverPolicy(env, job.caregiver), episode_seed(0, job.episode), Longest()
+    presses = Presses(len(ChildGroup.parse(job.family)))
     env.task.reseed(episode_random(seed))
     start, timestep, pushed = time.process_time(), env.reset(), 0
     with Recorder(env) if job in audited else contextlib.nullcontext() as recorder:
         while not timestep.last():
             before, timestep = env.task.strikes, env.step(policy(timestep))
             pushed += (env.task.strikes - before) * is_pushed(env.physics.touches)
+            longest.look(policy, env.physics.time())
             presses.look(env.physics)
     row = {name: getattr(job, name) for name in Job.__annotations__} | {"seed": seed} | env.task.outcome()
-    row |= {**presses.counts, "strikes_pushed": pushed}
+    row |= {"skill": longest.skill, "skill_seconds": longest.seconds, **presses.counts, "strikes_pushed": pushed}
     if recorder:
         name = f"{job.house} {job.family} {job.episode}"
         row["audit"] = dataclasses.asdict(Audit.of(recorder.log(), job.embodiment, name))
@@ -230,6 +258,12 @@ def presses_table(episodes: pd.DataFrame) -> Table:
         "for longest counts."
     )
     return Table("Pressings by part and by who moved", ("part of the robot", "child alone", "robot too"), rows, note)
+
+
+def longest_skill(episodes: pd.DataFrame) -> str:
+    """A sentence on the longest skill of some episodes."""
+    row = episodes.loc[episodes.skill_seconds.idxmax()]
+    return f"Longest skill: {row.skill_seconds:.1f} s, {row.skill} ({row.house}, {row.family}, episode {row.episode})."
 
 
 def audit_of(episodes: pd.DataFrame) -> Audit | None:
