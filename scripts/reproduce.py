@@ -35,6 +35,7 @@ _LAST = ("scripts/study.py results --docs {docs}", "scripts/paper_figures.py --d
 # Commands that only show what others have run, as `cli` and `viz` do in the package.
 _SHOW = ("scripts/study.py results", "scripts/leaderboard_page.py", "examples/learning_page.py")
 _TABLE_END = "<!-- end -->"
+_CLOCK = re.compile(r"[\d.]+ core-minutes")
 _AS = ", rows of "  # in a mark, between the present sources and those that made the rows
 _PLACE = re.compile(r" --[\w-]+(?: \S*\{\w+\}\S*)+| --resume")  # options that say where or how, not what
 
@@ -212,7 +213,8 @@ def _rows(run: pathlib.Path) -> dict[str, str]:
         path: pd.read_parquet(path).drop(columns="wall_seconds", errors="ignore") for path in run.rglob("*.parquet")
     }
     found = {path: table.to_csv() for path, table in tables.items()}
-    found |= {path: path.read_text("utf-8").replace(str(run.parent), "") for path in run.glob("*.txt")}
+    for path in run.glob("*.txt"):
+        found[path] = _CLOCK.sub("", path.read_text("utf-8").replace(str(run.parent), ""))
     return {str(path.relative_to(run)): text for path, text in found.items()}
 
 
