@@ -76,7 +76,7 @@ def test_pages_with_equal_rows_in_quick_runs_stay_current(tmp_path):
             run.mkdir(parents=True)
             clock, damage = len(str(run)), printed[0] if run.is_relative_to(older) else "1"
             pd.DataFrame({"damage": [damage], "wall_seconds": [clock]}).to_parquet(run / "episodes.parquet")
-            (run / "0.txt").write_text(f"{run}, {clock} core-minutes: {printed}")
+            (run / "0.txt").write_text(f"{run.parent}, {clock} core-minutes: {printed}")
     assert reproduce.keep_equal(older, newer, docs, entries) == ["other"]
     mark_all(docs, entries)
     kept = f"{one.made}, rows of 0123456789ab"
