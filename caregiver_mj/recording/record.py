@@ -15,7 +15,7 @@ DAMAGE_THRESHOLD = 15.0  # damage above which the paper ends an interaction (sec
 
 @dataclasses.dataclass(frozen=True)
 class Column:
-    """A column of `episodes.parquet`."""
+    """A column of `episodes.parquet`; its numbers are finite and at least 0."""
 
     name: str  #: name in the file
     type: str  #: str, int, float, or list[float] (a value for each child)
