@@ -80,3 +80,12 @@ def test_a_foot_that_stands_hardly_slips():
     speed = np.linalg.norm(np.diff(soles[..., :2], axis=0), axis=2) / STEP
     stands = soles[1:, :, 2].argmin(axis=1)
     assert np.median(speed[np.arange(len(speed)), stands]) < 0.15 * 0.45
+
+
+def test_a_figure_comes_to_rest():
+    """Its parts would else decay on into the smallest numbers, with which a step takes 20 times as long."""
+    walker = Walker()
+    walker.go(1.0, speed=0.4, robot=(1.0, 1.0), reaches=True, hurt=True, holds=True)
+    walker.go(15.0)
+    state = walker.physics.figures[0].state
+    assert {name: value for name, value in state.items() if value} == {"walked": state["walked"]}

@@ -133,7 +133,7 @@ LATE = (STEPS - 1) / 2  # physics steps
 
 
 def follow(ramp: TargetRamp, controls: np.ndarray, targets: np.ndarray, steps: int = STEPS) -> np.ndarray:
-    """What the actuators are told at every physics step, of targets (n, actuators)."""
+    """Return the actuators' commands at every physics step for targets (n, actuators)."""
     found = []
     for target in targets:
         ramp.lead_to(target, steps)

@@ -1,4 +1,4 @@
-"""What the robot's senses make of what there is: errors, gaps, delay."""
+"""Errors, gaps and delay of observations."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Commands keep the bounds of acceleration and jerk, and get to what is wanted; a pushed arm gives way."""
+"""Commands keep within acceleration and jerk and reach the wanted velocity; a pushed arm yields."""
 
 import itertools
 import math
@@ -134,7 +134,7 @@ def test_a_pushed_arm_is_told_to_stay_where_it_is(robot):
 
 
 def test_an_arm_that_creeps_goes_on_from_where_it_is_pushed_to(robot):
-    """One that stayed stiff would spring back as soon as whoever pushes it steps off."""
+    """A stiff arm would spring back as soon as the child steps off."""
     robot.giving_way.yields = True
 
     def creep(arm):
@@ -144,7 +144,7 @@ def test_an_arm_that_creeps_goes_on_from_where_it_is_pushed_to(robot):
         return told
 
     arm = robot.reach_path.joints(robot.reached)
-    for _ in range(25):  # nobody touches it: it follows what it is told
+    for _ in range(25):  # nobody touches it: it follows its reference
         arm = creep(arm)
     pushed = robot.reach_path.joints(robot.reached) + np.array([0.05, 0.0, 0.0, -0.03, 0.0, 0.0, 0.0])
     told = creep(pushed)
