@@ -19,7 +19,7 @@ import numpy as np
 from caregiver_mj.caregivers.registry import check_acts_alone, find_caregiver, is_caregiver, make_caregiver
 from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.errors import CaregiverError, check_kind
-from caregiver_mj.experiments.run_folder import Result, RunFolder, check_folder  # noqa: F401 (imported from here)
+from caregiver_mj.experiments.run_folder import Result, RunFolder
 from caregiver_mj.experiments.runner import MAPS, make_house, run_block
 from caregiver_mj.experiments.settings import GRID_BLOCK, Block, Settings
 from caregiver_mj.experiments.spec import BARE_TABLES, episode_seed
