@@ -12,7 +12,7 @@ import os
 import pathlib
 import platform
 import sys
-from collections.abc import Container, Iterable, Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from caregiver_mj.caregivers.registry import find_caregiver
@@ -109,11 +109,16 @@ def _files(folder: pathlib.Path, name: str) -> set[pathlib.Path]:
 
 def imported(folder: pathlib.Path, source: pathlib.Path) -> Iterator[str]:
     """Yield the full names that a source file imports at any level, relative to a folder."""
-    for node in ast.walk(_tree(source)) if source.suffix == ".py" else ():
+    yield from _imports(_tree(source), source.relative_to(folder).parts) if source.suffix == ".py" else ()
+
+
+def _imports(tree: ast.Module, place: Sequence[str]) -> Iterator[str]:
+    """Yield the full names that a module imports; `place` has the folders above it and its file."""
+    for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
-            above = source.relative_to(folder).parts[: -node.level] if node.level else ()
+            above = place[: -node.level] if node.level else ()
             within = [*above, *filter(None, [node.module])]
             yield from (".".join([*within, alias.name]) for alias in node.names)
 
@@ -144,20 +149,16 @@ def source_digest(world: str = "house", modules: tuple[str, ...] = ()) -> str:
     It covers `experiments.runner`, the caregivers, further `modules` by full name, all their imports at any level, and
     in the house the models. In the grid it leaves out the robot and the physical house.
     """
-    found = {name: path for name, path in _package_files().items() if path.suffix in _MODELS and world != "grid"}
+    models = {name: path for name, path in _package_files().items() if path.suffix in _MODELS and world != "grid"}
     if world != "grid":
         modules = (*modules, *(str(task.kind).partition(":")[0] for task in TASKS.values()))
-    found |= _imported_by((*_EPISODES, *modules), _SHOW if world != "grid" else _SHOW | _NOT_IN_GRID)
-    return _digest({name: code(path) if path.suffix == ".py" else path.read_bytes() for name, path in found.items()})
+    programs = _imported_by((*_EPISODES, *modules), _SHOW if world != "grid" else _SHOW | _NOT_IN_GRID)
+    return _digest({name: path.read_bytes() for name, path in models.items()} | programs)
 
 
 def code(path: pathlib.Path) -> bytes:
     """Return a module's syntax tree without comments, docstrings and layout, the same in all versions of Python."""
-    tree = _tree(path)
-    for node in ast.walk(tree):
-        if isinstance(node, _DOCUMENTED) and ast.get_docstring(node, clean=False) is not None:
-            del node.body[0]
-    return repr(_plain(tree)).encode()
+    return _text(_tree(path)).encode()
 
 
 def _tree(path: pathlib.Path) -> ast.Module:
@@ -169,16 +170,25 @@ def _tree(path: pathlib.Path) -> ast.Module:
         return ast.parse(repr(source))
 
 
-def _plain(node: Any) -> Any:
-    """Return a syntax tree as tuples, without fields and parts of f-strings that only some versions of Python have."""
+def _text(node: Any) -> str:
+    """Return a syntax tree in text, without docstrings, and without what only some versions of Python have.
+
+    Text at once: trees of tuples keep the garbage collector busy for most of a second.
+    """
     if isinstance(node, list):
-        return [*map(_plain, node)]
+        return f"[{', '.join(map(_text, node))}]"
     if not isinstance(node, ast.AST):
-        return node
-    if isinstance(node, ast.JoinedStr):
-        node.values = [part for part in node.values if getattr(part, "value", None) != ""]
-    fields = [(name, _plain(value)) for name, value in ast.iter_fields(node)]
-    return type(node).__name__, [field for field in fields if field[1] not in (None, [])]
+        return repr(node)
+    fields = []
+    for name in node._fields:
+        value = getattr(node, name, None)
+        if isinstance(node, ast.JoinedStr):
+            value = [part for part in node.values if getattr(part, "value", None) != ""]
+        elif name == "body" and isinstance(node, _DOCUMENTED) and ast.get_docstring(node, clean=False) is not None:
+            value = node.body[1:]
+        if value is not None and value != []:
+            fields.append(f"('{name}', {_text(value)})")
+    return f"('{type(node).__name__}', [{', '.join(fields)}])"
 
 
 def _digest(contents: Mapping[str, bytes]) -> str:
@@ -189,15 +199,17 @@ def _digest(contents: Mapping[str, bytes]) -> str:
     return digest.hexdigest()[:12]
 
 
-def _imported_by(modules: Iterable[str], without: Container[str]) -> dict[str, pathlib.Path]:
-    """Return the files of modules and of all modules of the package that they import, except some rooms."""
-    found: dict[str, pathlib.Path] = {}
+def _imported_by(modules: Iterable[str], without: Container[str]) -> dict[str, bytes]:
+    """Return the `code` of modules and of all modules of the package that they import, except some rooms."""
+    found: dict[str, bytes] = {}
     new, seen = set(modules), set()
     while new:
         seen.add(name := new.pop())
         if name in _package_files():
-            path = found[name] = _package_files()[name]
-            imports = {other for other in imported(path.parent, path) if other.startswith(f"{OWN}.")}
+            path = _package_files()[name]
+            tree = _tree(path)
+            found[name] = _text(tree).encode()
+            imports = {other for other in _imports(tree, (path.name,)) if other.startswith(f"{OWN}.")}
             new |= {other for other in imports if other.split(".")[1] not in without} - seen
         elif "." in name:  # something in a module
             new |= {name.rpartition(".")[0]} - seen

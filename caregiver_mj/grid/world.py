@@ -152,7 +152,7 @@ class GridWorld(GridState, Rollout):
         return self.ledger
 
     def outcomes(self) -> list[dict[str, Any]]:
-        return [self.ledger.outcome(number) for number in range(len(self.orders))]
+        return self.ledger.outcomes()
 
     def percept(self) -> Percept:
         """Return the caregiver's percept."""

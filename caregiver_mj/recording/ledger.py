@@ -144,10 +144,14 @@ class Ledger:
         """Return the measures of each child so far, (B, K) each, by column of `EpisodeRecord`."""
         return {"damage_by_child": self.harm.sum(axis=2), "toys_by_child": self.toys.astype(float)}
 
-    def outcome(self, episode: int = 0) -> dict[str, Any]:
-        """Return the measures of one episode so far, also of each child, by column of `EpisodeRecord`."""
-        totals = {name: values[episode].item() for name, values in self.totals().items()}
-        return totals | {name: values[episode].tolist() for name, values in self.by_child().items()}
+    def outcomes(self) -> list[dict[str, Any]]:
+        """Return the measures of each episode so far, also of each child, by column of `EpisodeRecord`."""
+        columns = {name: values.tolist() for name, values in (self.totals() | self.by_child()).items()}
+        return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+
+    def outcome(self) -> dict[str, Any]:
+        """Return `outcomes` of the first episode."""
+        return self.outcomes()[0]
 
 
 class Rollout(abc.ABC):

@@ -448,7 +448,7 @@ def test_children_are_never_in_one_cell_nor_in_the_caregivers(text, family, name
         assert all(len(set(row)) == len(row) for row in cells.tolist())
     totals = world.ledger.totals()
     for i in range(6):
-        outcome = world.ledger.outcome(i)
+        outcome = world.ledger.outcomes()[i]
         assert sum(outcome["damage_by_child"]) == outcome["damage"] == totals["damage"][i]
         assert sum(outcome["toys_by_child"]) == outcome["toys_reached"]
 

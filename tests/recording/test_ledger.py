@@ -116,7 +116,7 @@ def test_episodes_of_a_batch_do_not_mix():
         for i, one in enumerate(alone):
             one.book(begun[i : i + 1], ended[i : i + 1], harm[i : i + 1], toys[i : i + 1], blocked[i : i + 1])
     for i, one in enumerate(alone):
-        assert together.outcome(i) == one.outcome()
+        assert together.outcomes()[i] == one.outcome()
     np.testing.assert_array_equal(together.visits, np.concatenate([one.visits for one in alone]))
     np.testing.assert_array_equal(together.damage_at, np.concatenate([one.damage_at for one in alone]))
 
@@ -126,12 +126,12 @@ def test_other_events_are_booked_by_whoever_sees_them_and_totals_are_the_outcome
     two.intervene(np.array([0, 3]), np.array([0, 2]))
     two.drop(4)
     names = ("interventions", "interventions_done", "candles_dropped")
-    assert [two.outcome(0)[name] for name in names] == [0, 0, 4]
-    assert [two.outcome(1)[name] for name in names] == [3, 2, 4]
+    assert [two.outcome()[name] for name in names] == [0, 0, 4]
+    assert [two.outcomes()[1][name] for name in names] == [3, 2, 4]
     two = ledger([0, 1], [2, 3])
     book(two, [[0, 1], [2, 3]], [[1, 1], [2, 2]], [[STAIRS, NONE], [TABLE, CANDLE]])
     for name, values in two.totals().items():
-        assert values.tolist() == [two.outcome(i)[name] for i in range(2)], name
+        assert values.tolist() == [two.outcomes()[i][name] for i in range(2)], name
 
 
 def test_how_a_move_met_the_caregiver_is_added_up():
