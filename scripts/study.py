@@ -39,7 +39,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.experiments.provenance import source_digest, versions
-from caregiver_mj.experiments.run_folder import RunFolder
+from caregiver_mj.experiments.run_folder import RunFolder, check_folder
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.spec import episode_seed, episode_streams
 from caregiver_mj.experiments.workers import run_jobs
@@ -375,8 +375,9 @@ def read_run(folder: pathlib.Path) -> tuple[pd.DataFrame, Settings]:
     """Return the episodes of a finished run of `caregiver-mj evaluate`, and its settings.
 
     Raises:
-        CaregiverError: The folder holds no finished run.
+        CaregiverError: The folder holds no finished run, or links.
     """
+    check_folder(folder)
     try:
         record = json.loads((folder / "run.json").read_text("utf-8"))
         return pd.read_parquet(folder / "episodes.parquet"), Settings.of_record(record)

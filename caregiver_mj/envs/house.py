@@ -172,10 +172,13 @@ class _BoundedObservations:
             raise CaregiverError(f"no observation '{observation}' of the robot's own actions: there are numbers, flat")
         bounds = _bounds(env)
         within = {key: seen.within for key, seen in env.task.observed.items()}
-        self._boxes = {
-            key: _box(*bounds.get(within.get(key, ""), (-_UNKNOWN, _UNKNOWN)), spec.shape or (1,))
-            for key, spec in sorted(env.observation_spec().items())  # the order of `spaces.Dict`
-        }
+        self._boxes = {}
+        for key, spec in sorted(env.observation_spec().items()):  # the order of `spaces.Dict`
+            if (name := within.get(key, "")) not in bounds:
+                raise CaregiverError(
+                    f"`within` of observation '{key}' must be one of {', '.join(filter(None, bounds))}, got {name!r}"
+                )
+            self._boxes[key] = _box(*bounds[name], spec.shape or (1,))
         self._poses = {key for key in within if within[key] == "pose"}
         self._is_flat, keys = observation == "flat", spaces.Dict({**self._boxes})
         self.space: spaces.Space[Any] = spaces.flatten_space(keys) if self._is_flat else keys
@@ -207,6 +210,7 @@ def _bounds(env: control.Environment) -> dict[str, Bounds]:
     place = np.array([-x, -y, _LOWEST]), np.array([x, y, _HIGHEST])
     way = np.array([2 * x, 2 * y, _HIGHEST - _LOWEST])
     bounds: dict[str, Bounds] = {
+        "": (-_UNKNOWN, _UNKNOWN),
         "clock": (0.0, min(task.time_limit / task.novice_timestep + 1, _UNKNOWN)),
         "pose": (-pose, pose),  # the last number is an angle
         "rates": (-rates, rates),

@@ -71,6 +71,13 @@ def test_a_fourth_task_has_a_gymnasium_environment_and_a_scripted_policy(guard_s
     assert policy.intervention.verb == BLOCK
 
 
+def test_an_observation_with_unknown_bounds_is_refused(guard_stairs, monkeypatch):
+    gymnasium = pytest.importorskip("gymnasium")
+    monkeypatch.setitem(GuardStairs.observed, "last_stairwell", Observed("(2,)", "m", "the way", "wya"))
+    with pytest.raises(CaregiverError, match=r"'last_stairwell' must be one of .*way.*, got 'wya'"):
+        gymnasium.make(guard_stairs)
+
+
 @pytest.mark.parametrize(
     ("kind", "words"),
     [

@@ -77,6 +77,16 @@ class Motion:
         apart = graph.distances_from(range(cells))
         self.nearest = apart[self.stands].argmin(axis=1)
         self.end = np.array([np.array(goal)[apart[goal].argmin(axis=0)] for goal in goals]).reshape(-1, cells)
+        # For `waits`: cells within a timestep's moves of each cell, in order, and some more; the cell among them; and
+        # where the cells `around` each are among them, else behind the last; (R, n), (R,) and (R, 4, n).
+        near = apart <= math.ceil(pace.cells)
+        count = near.sum(axis=1).max()
+        self._near = (~near).argsort(axis=1, kind="stable")[:, :count]
+        among = np.full((cells, cells), count)
+        np.put_along_axis(among, self._near, np.arange(count)[None], axis=1)
+        self._self = among.diagonal().copy()
+        beside = self.around[:, self._near].swapaxes(0, 1)
+        self._beside = np.where(beside < 0, count, among[np.arange(cells)[:, None, None], beside])
 
     def _steps(self, moves: np.ndarray) -> np.ndarray:
         """Return the steps that moves to every place take while the child stands still; both (places, C, R)."""
@@ -98,13 +108,16 @@ class Motion:
             that has passed. Without this share the caregiver would never pass a child, where a step outlasts a
             timestep.
         """
-        place, child, here, left = np.broadcast_arrays(place, child, cell, np.asarray(left, float))
+        _, children, cells = self._next.shape
+        way = (np.asarray(place) * children + child) * cells  # in the flattened tables, which is faster
+        way, here, left = np.broadcast_arrays(way, cell, np.asarray(left, float))
+        takes, then = self._takes.take(way + here), self._next.take(way + here)
         for _ in range(math.ceil(self.pace.cells)):
-            goes = self._takes[place, child, here] <= left + _ROUNDING
-            left = left - goes * self._takes[place, child, here]
-            here = np.where(goes, self._next[place, child, here], here)
-        then = self._next[place, child, here]
-        share = np.where(then == here, 0.0, left / self._takes[place, child, here])
+            goes = takes <= left + _ROUNDING
+            left = left - goes * takes
+            here = np.where(goes, then, here)
+            takes, then = self._takes.take(way + here), self._next.take(way + here)
+        share = np.where(then == here, 0.0, left / takes)
         return here, then, np.where(share > _LEAST, share, 0.0).astype(np.float32)
 
     def waits(
@@ -116,19 +129,25 @@ class Motion:
             The state (0 to n - 1), the cell, its predecessor on the way, and the probability of being in the cell and
             not yet in the predecessor: (m,) each.
         """
-        time = np.full((len(cell), self.around.shape[1]), np.inf)
-        np.put_along_axis(time, cell[:, None], 0.0, axis=1)
-        before, enters, limit = np.repeat(cell[:, None], time.shape[1], axis=1), self.enters[child], left[:, None]
+        near, beside, limit = self._near[cell], self._beside[cell], left[:, None]
+        states, count = near.shape
+        enters = self.enters[child[:, None, None], np.arange(4)[:, None], near[:, None]]
+        time = np.full((states, count + 1), np.inf)  # of those near; the last is none
+        before = np.repeat(self._self[cell, None], count, axis=1)
+        np.put_along_axis(time, before[:, :1], 0.0, axis=1)
         for _ in range(math.ceil(self.pace.cells)):
-            ways = np.where(time < limit, time, np.inf)[:, self.around] + enters  # (n, 4, R)
-            found = ways.min(axis=1)
-            come = self.around[ways.argmin(axis=1), np.arange(time.shape[1])]
-            before, time = np.where(found < time, come, before), np.minimum(found, time)
-        since = np.take_along_axis(time, before, axis=1)
+            reached = np.where(time < limit, time, np.inf)
+            ways = np.take_along_axis(reached[:, None], beside, axis=2) + enters
+            found, least = ways.min(axis=1), ways.argmin(axis=1)
+            come = np.take_along_axis(beside, least[:, None], axis=1)[:, 0]
+            before = np.where(found < time[:, :-1], come, before)
+            time[:, :-1] = np.minimum(found, time[:, :-1])
+        since, time = np.take_along_axis(time, before, axis=1), time[:, :-1]
         share = np.ones(time.shape)
         np.divide(limit - since, time - since, out=share, where=time > since)
         state, there = np.nonzero(share > _LEAST)
-        return state, there, before[state, there], np.minimum(share[state, there], 1.0).astype(np.float32)
+        share, before = np.minimum(share[state, there], 1.0), before[state, there]
+        return state, near[state, there], near[state, before], share.astype(np.float32)
 
     def fetch(
         self, table: np.ndarray | int, child: np.ndarray, cell: np.ndarray, left: np.ndarray | float

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import itertools
 import math
 from collections.abc import Sequence
@@ -206,12 +207,8 @@ class Sums:
             found = np.einsum("wgs,ws->wg", values.at(layout, here[:, None], there[:, None]), belief)
             self.going[:, index.relocations.start + candle] += found
             stand = np.where(in_hand, there, motion.stands[source, motion.nearest[source, cell]])
-            shape = len(tables), bare.shape[1], len(groups)
-            every = (np.broadcast_to(one[:, None, None], shape).ravel() for one in (source, here, stand, rest))
-            source_, *others = every
-            target = np.broadcast_to(bare[:, :, None], shape).ravel()
-            which = np.broadcast_to(layout[:, None], shape).ravel()
-            found = values.carried(which, source_, target, *others).reshape(*shape, -1)
+            taken, *others = (one[:, None, None] for one in (source, here, stand, rest))
+            found = values.carried(layout[:, None], taken, bare[:, :, None], *others)
             self.carried[:, candle] += np.einsum("wbgs,ws->wbg", found, belief) + staying[:, None]
 
     def _wait(
@@ -265,16 +262,21 @@ class Sums:
         going = self.going.copy()
         # After one thing, each other thing is picked up or left, whichever is better.
         going[:, index.pick_ups] += np.minimum(self.then, lying[:, None, :, None]).sum(axis=2) - all_left[..., None]
-        damage = going.min(axis=2) + all_left
+        damage = _least(going) + all_left
         damage[:, index.pick_ups][gone] = np.inf
         damage[:, index.waits][~self.near] = np.inf
         if not self.carried.size:
             damage[:, index.relocations] = np.inf
             return Options(damage, np.full((len(worlds), index.candles), NOTHING))
-        by_table = self.carried.min(axis=3) + all_left[..., None]  # (N, candles, bare tables)
+        by_table = _least(self.carried) + all_left[..., None]  # (N, candles, bare tables)
         damage[:, index.relocations] *= 1.0 - self.got
         damage[:, index.relocations] += self.got * by_table.min(axis=2)
         return Options(damage, np.take_along_axis(bare, first_of_least(by_table), axis=1))
+
+
+def _least(damage: np.ndarray) -> np.ndarray:
+    """Return the least along a short last axis, of which NumPy's own takes ten times as long."""
+    return functools.reduce(np.minimum, np.moveaxis(damage, -1, 0))
 
 
 def regret(parts: Sequence[tuple[Cases, Sums]], seen: np.ndarray, timesteps: int) -> np.ndarray:

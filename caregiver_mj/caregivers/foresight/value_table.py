@@ -270,26 +270,27 @@ class ValueTable:
         stand: np.ndarray,
         left: np.ndarray,
     ) -> np.ndarray:
-        """Return the damage to come, (n, J), after a candle has been taken from `source`, if it is put on `table`.
+        """Return the damage to come, (..., J), after a candle has been taken from `source`, if it is put on `table`.
 
-        The layout is the one before; `stand` is the caregiver's cell, and `left` the steps until the child's next move,
-        (n,) each. Without a candle on the source, or with one on the destination, the damage is 1e9.
+        The layout is the one before; `stand` is the caregiver's cell, and `left` the steps until the child's next move:
+        they are broadcast. Without a candle on the source, or with one on the destination, the damage is 1e9.
         """
         numbers, found = self._leg(layout, source, table, child, stand, left)
         found += self._ahead.reshape(-1, self._states).take(numbers, axis=0)
         found[self.layouts.after[layout, source, table] < 0] = _NEVER
         return found
 
-    def _leg(self, *candle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return rows of `_ahead` for `carried`, (n,), and damage and price until the candle is put down, (n, J)."""
-        layout, source, table, child, stand, left = candle
+    def _leg(self, layout: np.ndarray, *leg: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return rows of `_ahead` for `carried`, (...), and damage and price until the candle is put down, (..., J)."""
+        source, table, child, stand, left = leg  # smaller than with the layouts, which most does not depend on
         after = self.layouts.after[layout, source, table]
         moves = np.minimum(self.motion.carry(stand, table, child, left), self.motion.longest)
         where = table, moves, self._column[table, after], self.motion.nearest[table, stand], child
         here, then, share = self.motion.walk(len(self.motion.posts) + table, child, stand, left)
         there = np.where(share > 0.5, then, here)
-        found = (moves > 0)[:, None] * self._denied[table, child * self._places + there]
-        found += self._meanwhile[layout, moves, child]
+        denied = (moves > 0)[..., None] * self._denied[table, child * self._places + there]
+        found = self._meanwhile[layout, moves, child]
+        found += denied
         found -= self._candle_meanwhile[moves, child, source]  # the carried candle harms nobody
         return np.ravel_multi_index(where, self._ahead.shape[:-1]), found
 
