@@ -36,8 +36,7 @@ from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.governor import govern
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
-from caregiver_mj.robot.planning_scene import PlanningScene
-from caregiver_mj.robot.retrieval import RetrievalPlanner
+from caregiver_mj.robot.retrieval import PlanningScene, RetrievalPlanner
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
 

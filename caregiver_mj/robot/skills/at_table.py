@@ -21,8 +21,8 @@ from caregiver_mj.robot.geometry import Vector
 from caregiver_mj.robot.kinematics import ATTEMPTS, arm_of, hand_is_empty, hand_position, is_at_hand
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
-from caregiver_mj.robot.planning_scene import TABLE_MARGIN
 from caregiver_mj.robot.reach import as_high
+from caregiver_mj.robot.retrieval import TABLE_MARGIN
 from caregiver_mj.robot.separation import COMING_GAP, GENTLE_GAP, child_cells, gap, is_child_at_line, near_children
 from caregiver_mj.robot.skills.skill import Skill
 from caregiver_mj.robot.status import Status
