@@ -20,7 +20,7 @@ from caregiver_mj.cli import PROGRAM
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.run_folder import StorageError, read_block
 from caregiver_mj.experiments.spec import SUPERVISE, EpisodeSpec
-from caregiver_mj.experiments.workers import Executor, LocalExecutor
+from caregiver_mj.experiments.workers import DaskExecutor, Executor, LocalExecutor
 from caregiver_mj.outside import plain
 from caregiver_mj.plans import floor_plan
 from caregiver_mj.plans.floor_plan import FloorPlan, check_starts
@@ -188,8 +188,6 @@ def make_executor(arguments: argparse.Namespace) -> Executor:
         raise CaregiverError("--executor dask requires --scheduler ADDRESS, as `dask scheduler` prints it")
     if arguments.jobs is not None:
         raise CaregiverError("--jobs must be left out with --executor dask: a cluster has as many workers as it has")
-    from caregiver_mj.experiments.cluster import DaskExecutor  # takes a second to import
-
     executor = DaskExecutor(arguments.scheduler)
     for name in ("distributed", "distributed.client"):  # errors are reported in one line instead
         logging.getLogger(name).setLevel(logging.CRITICAL)
