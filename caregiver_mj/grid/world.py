@@ -25,10 +25,9 @@ import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver, Future, PrivilegedCaregiver, Truth, answer, starting_tables
 from caregiver_mj.caregivers.percept import PAPER, Pace, Percept
-from caregiver_mj.children.behaviour import ChildPercept
+from caregiver_mj.children.behaviour import DENIED, ChildPercept, MoveRules, denied
 from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.children.random_stream import Random, RandomStream, start_cells
-from caregiver_mj.children.rules import DENIED, MoveRules, denied
 from caregiver_mj.danger.child_model import CHANGE, child_chain
 from caregiver_mj.danger.tracker import Tracker
 from caregiver_mj.errors import CaregiverError, check_kind, check_number

@@ -9,9 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from caregiver_mj.children.behaviour import Behaviour, ChildPercept
+from caregiver_mj.children.behaviour import DENIED, Behaviour, ChildPercept, MoveRules, denied
 from caregiver_mj.children.random_stream import RandomStream
-from caregiver_mj.children.rules import DENIED, MoveRules, denied
 from caregiver_mj.children.walk import WALKING_SPEED, ToddlerWalk, Vector
 from caregiver_mj.house.figure import Mood
 from caregiver_mj.house.physics import Physics

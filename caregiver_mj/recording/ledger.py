@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from caregiver_mj.children.rules import DENIED
+from caregiver_mj.children.behaviour import DENIED
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import KINDS, TABLE
 from caregiver_mj.recording.record import COLUMNS, DAMAGE_THRESHOLD
