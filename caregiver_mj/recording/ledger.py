@@ -6,7 +6,6 @@ import abc
 import dataclasses
 import itertools
 import math
-import types
 from collections.abc import Callable, Collection, Sequence
 from operator import attrgetter
 from typing import Any
@@ -16,7 +15,7 @@ import numpy as np
 from caregiver_mj.children.behaviour import DENIED
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import KINDS, TABLE
-from caregiver_mj.recording.record import COLUMNS, DAMAGE_THRESHOLD
+from caregiver_mj.recording.record import DAMAGE_THRESHOLD
 
 SPENT = ("looking", "guarding", "handling")  # activities of a caregiver
 BLOCKED = tuple(target.name.lower() for target in DENIED)  # targets of moves that the caregiver blocked
@@ -141,7 +140,7 @@ class Ledger:
             "seen": self.seen.mean(axis=1) / max(1, self.timestep),
             **{what: self.spent[:, i] / max(1, self.timestep) for i, what in enumerate(SPENT)},
             "candles_dropped": self.candles_dropped,
-            **{name: np.zeros(len(self.seen), kind) for name, kind in COUNTED.items()},  # see `Contacts`
+            **{one.name: np.zeros(len(self.seen), type(one.default)) for one in dataclasses.fields(Contacts)},
         }
 
     def by_child(self) -> dict[str, np.ndarray]:
@@ -174,12 +173,6 @@ FAR = 1.0  # m; greater distances are recorded as this
 _APART = 0.1  # s; time without touch that ends a contact: shorter gaps occur while robot and child yield to each other
 _SOLID = ("wall", "bin", TABLE.name)  # rigid things, beside closed gates
 _OPPOSITE = -0.5  # cosine; the child is between robot and solid if it sees them at least 120 degrees apart
-# Columns that only the house counts, with their types.
-COUNTED = {
-    column.name: int if column.type == "int" else float
-    for column in COLUMNS
-    if column.role == "contact" or column.name == "strikes"
-}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -207,19 +200,44 @@ class Touch:
     mass: float = 0.0
 
 
-class Contacts(types.SimpleNamespace):
-    """Counts of one episode in the house: an attribute for each column that only the house counts, and the strikes.
+@dataclasses.dataclass
+class Contacts:
+    """Counts of one episode in the house: the columns that only the house measures.
 
     Strikes of a child within `STRIKE_PAUSE` count once, and a pressing counts once, after `PRESSING`.
     """
 
-    def __init__(self) -> None:
-        super().__init__(**{name: kind(0) for name, kind in COUNTED.items()})
-        self.flame_distance = self.wax_distance = FAR
-        self._watches: dict[int, _Watch] = {}  # by the child
+    strikes: int = 0
+    strikes_surface: int = 0
+    contact_speed: float = 0.0
+    contact_seconds: float = 0.0
+    pressings: int = 0
+    contact_force: float = 0.0
+    contact_force_legs: float = 0.0
+    contact_force_trunk: float = 0.0
+    contact_force_head: float = 0.0
+    contact_impulse: float = 0.0
+    flame_distance: float = FAR
+    flame_seconds: float = 0.0
+    wax_distance: float = FAR
+    wax_seconds: float = 0.0
+    contacts_creeping: int = 0
+    contacts_slow: int = 0
+    contacts_fast: int = 0
+    contact_energy: float = 0.0
+    contact_energy_total: float = 0.0
+    pinches: int = 0
+    pinch_seconds: float = 0.0
+    contact_seconds_base: float = 0.0
+    contact_seconds_arm: float = 0.0
+    contact_seconds_legs: float = 0.0
+    contact_seconds_trunk: float = 0.0
+    contact_seconds_head: float = 0.0
+    contact_seconds_driven: float = 0.0
+    gate_strikes: int = 0
 
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Contacts) and self.outcome() == other.outcome()
+    def __post_init__(self) -> None:
+        self._watches: dict[int, _Watch] = {}  # by the child
 
     def take_in(self, touches: Sequence[Touch], seconds: float, time: float, shut: Collection[int] = ()) -> None:
         """Count the contacts of children in a control step.
@@ -242,7 +260,7 @@ class Contacts(types.SimpleNamespace):
 
     def outcome(self) -> dict[str, float]:
         """Return the columns of the record."""
-        return {name: getattr(self, name) for name in COUNTED}
+        return dataclasses.asdict(self)
 
 
 class _Pause:
