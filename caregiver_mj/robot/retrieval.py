@@ -27,7 +27,6 @@ from caregiver_mj.robot.view import View
 
 _ELSEWHERE = 1e3  # m; place of the child out of the way, as it will have moved
 _RESTING = 0.004  # m; penetration of a resting candle
-TABLE_MARGIN = 0.03  # m; error of a table's place on the map
 _MARGIN = 0.005  # m; gap between the robot and everything
 
 
@@ -45,7 +44,7 @@ class PlanningScene:
             if geom.name.startswith("robot/"):
                 geom.margin = _MARGIN
             elif geom.name.startswith("table_") and geom.name.endswith("/top"):
-                geom.size[:2] += TABLE_MARGIN
+                geom.size[:2] += layout.TABLE_MARGIN
         self._lock = threading.Lock()
         self._model = model = spec.compile()
         self._data = mujoco.MjData(model)

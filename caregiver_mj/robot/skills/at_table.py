@@ -22,7 +22,6 @@ from caregiver_mj.robot.kinematics import ATTEMPTS, arm_of, hand_is_empty, hand_
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.reach import as_high
-from caregiver_mj.robot.retrieval import TABLE_MARGIN
 from caregiver_mj.robot.separation import COMING_GAP, GENTLE_GAP, child_cells, gap, is_child_at_line, near_children
 from caregiver_mj.robot.skills.skill import Skill
 from caregiver_mj.robot.status import Status
@@ -279,7 +278,7 @@ class Pick(AtTable):
         (ahead_x, ahead_y), (x, y, _) = self._ahead(cell), view.candles[self.candle].tolist()
         behind_middle = (x - self._middle[0]) * ahead_x + (y - self._middle[1]) * ahead_y
         to_candle = self.embodiment.postures.reach - self.embodiment.grasp.depth - self.embodiment.footprint
-        return to_candle - behind_middle - layout.TABLE_HALF_SIZE > TABLE_MARGIN
+        return to_candle - behind_middle - layout.TABLE_HALF_SIZE > layout.TABLE_MARGIN
 
     def _is_barred_by_candle(self, view: View, stand: Cell) -> bool:
         ahead, candle = self._ahead(stand), view.candles[self.candle].tolist()
