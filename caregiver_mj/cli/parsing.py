@@ -26,7 +26,7 @@ from caregiver_mj.plans import floor_plan
 from caregiver_mj.plans.floor_plan import FloorPlan, check_starts
 from caregiver_mj.plans.generator import is_drivable
 from caregiver_mj.plans.hazards import DamageWeights
-from caregiver_mj.plans.sets import SETS, houses_named
+from caregiver_mj.plans.sets import SETS
 from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.robot.embodiments import EMBODIMENTS
 
@@ -128,13 +128,6 @@ def read_size(text: str, option: str, example: str) -> tuple[int, int]:
     if match is None:
         raise CaregiverError(f"{option} must be WxH, such as {example}, got '{text}'")
     return int(match[1]), int(match[2])
-
-
-def read_houses(arguments: argparse.Namespace) -> tuple[FloorPlan, ...]:
-    """Return the houses of --house or --houses."""
-    if arguments.houses is None:
-        return (FloorPlan.load(arguments.house, damage=arguments.damage),)
-    return houses_named(arguments.houses, arguments.damage)
 
 
 def read_spec(arguments: argparse.Namespace, **more: Any) -> EpisodeSpec:
