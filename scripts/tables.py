@@ -126,7 +126,7 @@ def _section(name: str, entry: gallery.Entry, known: dict[str, tuple[set[str], s
     house = house_for(name)
     env, task = _environment(entry.id, house=house, **entry.kwargs), TASKS.get(name)
     kind = task.find_kind() if task else type(env)
-    (purpose, *_), units = (inspect.getdoc(inspect.getmodule(kind)) or "").splitlines(), {}
+    (purpose, *_), units = (inspect.getdoc(kind if task else inspect.getmodule(kind)) or "").splitlines(), {}
     made = ", ".join([f'"{entry.id}"', *(f'{key}="{value}"' for key, value in entry.kwargs.items())])
     makers, ends = [f"gymnasium.make({made})"], f"{EPISODE_TIMESTEPS} actions"
     if task:
@@ -162,7 +162,7 @@ def _section(name: str, entry: gallery.Entry, known: dict[str, tuple[set[str], s
     if task and kind.needs:
         facts.append(["needs", f"a {kind.needs.name} in the house"])
     film = f"![The scripted caregiver `{entry.policies[-1]}` at work](../environments/{name}.gif)"
-    sentence = purpose.partition(": ")[2]
+    sentence = purpose.rpartition(": ")[2]
     parts = (f"## {title}", film, sentence[:1].upper() + sentence[1:], table([f"in `{house}`", ""], facts))
     return "\n\n".join([*parts, _scores(name, entry)])
 

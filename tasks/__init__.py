@@ -65,9 +65,9 @@ def register(task: TaskSpec) -> None:
         gymnasium.register(task.id, "caregiver_mj.envs.house:HouseEnv", kwargs={"task": task.name})
 
 
-register(TaskSpec("supervise", "caregiver_mj.tasks.supervise:Supervise"))
-register(TaskSpec("relocate_candle", "caregiver_mj.tasks.relocate_candle:RelocateCandle"))
-register(TaskSpec("block_stairs", "caregiver_mj.tasks.block_stairs:BlockStairs"))
+register(TaskSpec("supervise", "caregiver_mj.tasks.suite:Supervise"))
+register(TaskSpec("relocate_candle", "caregiver_mj.tasks.suite:RelocateCandle"))
+register(TaskSpec("block_stairs", "caregiver_mj.tasks.suite:BlockStairs"))
 
 
 def __getattr__(name: str) -> tuple[str, ...]:

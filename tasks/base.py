@@ -29,8 +29,7 @@ from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan, check_starts
 from caregiver_mj.plans.hazards import HazardKind, State
 from caregiver_mj.plans.visibility import Sight
-from caregiver_mj.recording.contacts import Contacts
-from caregiver_mj.recording.ledger import Ledger
+from caregiver_mj.recording.ledger import Contacts, Ledger
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.embodiments import find_embodiment
 

@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from typing import Any, TypeGuard
 
 from caregiver_mj.caregivers import remote
-from caregiver_mj.caregivers.attentive import attentive
 from caregiver_mj.caregivers.baselines import (
     ChildproofCaregiver,
     GuardCaregiver,
@@ -14,6 +13,7 @@ from caregiver_mj.caregivers.baselines import (
     NearestFirstCaregiver,
     RandomCaregiver,
     WandererCaregiver,
+    attentive,
 )
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver, KnowsGoalCaregiver

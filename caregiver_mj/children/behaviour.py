@@ -1,4 +1,4 @@
-"""The base class of children's behaviours."""
+"""The moves of children: how a behaviour chooses them, and what they meet in both worlds."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ import functools
 import inspect
 import numbers
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from caregiver_mj.children.random_stream import pick
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.plans.cell_graph import ACTIONS
+from caregiver_mj.plans.cell_graph import ACTIONS, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
@@ -109,3 +109,49 @@ def check_epsilon(epsilon: float) -> float:
     if not isinstance(epsilon, numbers.Real) or not 0.0 <= epsilon <= 1.0:  # also rejects NaN
         raise CaregiverError(f"epsilon must be in [0, 1], got {epsilon!r}")
     return float(epsilon)
+
+
+DENIED = Target.STAIRWELL, Target.FREE  # targets that a caregiver in them blocks
+
+
+class Way(NamedTuple):
+    """The targets of moves, (...) each."""
+
+    next_cell: np.ndarray  # free cell after an unobstructed move; the present one for a bump or no move
+    target: np.ndarray  # the `Target`, or NOTHING for no move
+    number: np.ndarray  # number of the target among stairwells, tables or bins, or NOTHING
+    entered: np.ndarray  # caregiver cell to enter, or NOTHING
+
+    def waits(self, others: np.ndarray) -> np.ndarray:
+        """Return whether another child's free cell, (..., n), is in the way."""
+        return (self.target == Target.FREE) & (self.next_cell[..., None] == others).any(axis=-1)
+
+    def meets(self, caregiver_cell: np.ndarray | int) -> np.ndarray:
+        """Return whether the caregiver is in the way; NOTHING stands for none."""
+        return (self.entered == caregiver_cell) & (self.entered != NOTHING)
+
+    def reaches(self, goal: np.ndarray | int) -> np.ndarray:
+        """Return whether the move reaches the toy bin with this number."""
+        return (self.target == Target.BIN) & (self.number == goal)
+
+
+class MoveRules:
+    """The moves of children in a house."""
+
+    def __init__(self, plan: FloorPlan):
+        self._moves, self._free = plan.graph.moves, len(plan.free_cells)
+
+    def way(self, cell: np.ndarray | int, action: np.ndarray | int) -> Way:
+        """Return the targets of moves, indices into `ACTIONS` or NOTHING, from free cells, (...) each."""
+        stays = np.equal(action, NOTHING)
+        next_cell, target, index = (table[cell, action] for table in self._moves)
+        next_cell, target = np.where(stays, cell, next_cell), np.where(stays, NOTHING, target)
+        # Landings follow the free cells; the cell behind a gate is no caregiver cell.
+        stairwell = np.where(target == Target.STAIRWELL, self._free + index, NOTHING)
+        entered = np.where(target == Target.FREE, next_cell, stairwell)
+        return Way(next_cell, target, np.where(stays, NOTHING, index), entered)
+
+
+def denied(target: np.ndarray | int, blocked: np.ndarray | bool) -> np.ndarray:
+    """Return whether each of `DENIED` was denied, bool (..., 2), from targets and whether moves were blocked."""
+    return np.stack([np.asarray(blocked & (target == one)) for one in DENIED], axis=-1)

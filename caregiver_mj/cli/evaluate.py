@@ -24,6 +24,7 @@ from caregiver_mj.experiments.spec import BARE_TABLES, WORLDS
 from caregiver_mj.experiments.workers import Executor, WorkerError
 from caregiver_mj.outside import plain
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.recording.record import DAMAGE_THRESHOLD
 from caregiver_mj.viz import progress_bar
 
@@ -90,7 +91,10 @@ def _run(arguments: argparse.Namespace) -> None:
 
 def _settings(arguments: argparse.Namespace, exchanges: pathlib.Path) -> Settings:
     """Return the settings, checked before anything is written; `exchanges` is the folder of remote queries."""
-    plans = parsing.read_houses(arguments)
+    if arguments.houses is None:
+        plans: tuple[FloorPlan, ...] = (FloorPlan.load(arguments.house, damage=arguments.damage),)
+    else:
+        plans = houses_named(arguments.houses, arguments.damage)
     file = "" if arguments.houses or arguments.house == plans[0].name else arguments.house
     settings = Settings(
         plans=plans,

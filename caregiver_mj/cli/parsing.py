@@ -20,13 +20,13 @@ from caregiver_mj.cli import PROGRAM
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.run_folder import StorageError, read_block
 from caregiver_mj.experiments.spec import SUPERVISE, EpisodeSpec
-from caregiver_mj.experiments.workers import Executor, LocalExecutor
+from caregiver_mj.experiments.workers import DaskExecutor, Executor, LocalExecutor
 from caregiver_mj.outside import plain
 from caregiver_mj.plans import floor_plan
 from caregiver_mj.plans.floor_plan import FloorPlan, check_starts
 from caregiver_mj.plans.generator import is_drivable
 from caregiver_mj.plans.hazards import DamageWeights
-from caregiver_mj.plans.sets import SETS, houses_named
+from caregiver_mj.plans.sets import SETS
 from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.robot.embodiments import EMBODIMENTS
 
@@ -130,13 +130,6 @@ def read_size(text: str, option: str, example: str) -> tuple[int, int]:
     return int(match[1]), int(match[2])
 
 
-def read_houses(arguments: argparse.Namespace) -> tuple[FloorPlan, ...]:
-    """Return the houses of --house or --houses."""
-    if arguments.houses is None:
-        return (FloorPlan.load(arguments.house, damage=arguments.damage),)
-    return houses_named(arguments.houses, arguments.damage)
-
-
 def read_spec(arguments: argparse.Namespace, **more: Any) -> EpisodeSpec:
     """Return the episode of the options, with further fields."""
     plan = FloorPlan.load(arguments.house, damage=arguments.damage)
@@ -188,8 +181,6 @@ def make_executor(arguments: argparse.Namespace) -> Executor:
         raise CaregiverError("--executor dask requires --scheduler ADDRESS, as `dask scheduler` prints it")
     if arguments.jobs is not None:
         raise CaregiverError("--jobs must be left out with --executor dask: a cluster has as many workers as it has")
-    from caregiver_mj.experiments.cluster import DaskExecutor  # takes a second to import
-
     executor = DaskExecutor(arguments.scheduler)
     for name in ("distributed", "distributed.client"):  # errors are reported in one line instead
         logging.getLogger(name).setLevel(logging.CRITICAL)

@@ -9,17 +9,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from caregiver_mj.children.behaviour import Behaviour, ChildPercept
+from caregiver_mj.children.behaviour import DENIED, Behaviour, ChildPercept, MoveRules, denied
 from caregiver_mj.children.random_stream import RandomStream
-from caregiver_mj.children.rules import DENIED, MoveRules, denied
 from caregiver_mj.children.walk import WALKING_SPEED, ToddlerWalk, Vector
 from caregiver_mj.house.figure import Mood
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans.cell_graph import ACTIONS, Cell, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, State, Where, kinds_at
-from caregiver_mj.recording.contacts import Touch
-from caregiver_mj.recording.ledger import MET
+from caregiver_mj.recording.ledger import MET, Touch
 
 MASS = 12.0  # kg, as in models/toddler.xml
 _GRAVITY = 9.81  # m/s^2

@@ -22,7 +22,7 @@ from caregiver_mj.house.touch import TouchReader
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import HazardKind, Where, kinds_at
-from caregiver_mj.recording.contacts import Touch
+from caregiver_mj.recording.ledger import Touch
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.view import loose

@@ -13,7 +13,7 @@ from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import CANDLE, NOTHING, HazardKind, State, Where
-from caregiver_mj.recording.contacts import FAR, FLAME_CLEAR, WAX_CLEAR, Contacts
+from caregiver_mj.recording.ledger import FAR, FLAME_CLEAR, WAX_CLEAR, Contacts
 from caregiver_mj.robot.geometry import Vector, to_world, upwards
 from caregiver_mj.robot.view import CHILD_RADIUS, OFF_FLOOR, off_table
 

@@ -10,7 +10,7 @@ import numpy as np
 from caregiver_mj.house.robot_body import RobotBody
 from caregiver_mj.house.scene import child_prefix
 from caregiver_mj.plans.hazards import KINDS, Where, kinds_at
-from caregiver_mj.recording.contacts import Touch
+from caregiver_mj.recording.ledger import Touch
 
 _OPENINGS = tuple(kind.name for kind in kinds_at(Where.OPENING))
 # Things that the robot may hold, or push against a child.

@@ -51,6 +51,7 @@ def _size(model: str, geom: str, number: int = 0) -> float:
 
 TABLE_HALF_SIZE = _size("table", "top")
 TABLE_HEIGHT = 2 * _size("table", "top", 2)
+TABLE_MARGIN = 0.03  # m; error of a table's place on the robot's map
 BIN_HALF_SIZE = _size("toy_bin", "box")
 CANDLE_RADIUS = _size("candle", "wax")
 THING_RADIUS = _size("battery", "side_0")

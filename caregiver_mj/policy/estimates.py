@@ -1,7 +1,7 @@
 """Estimates of the present state from delayed, noisy and incomplete observations, as `Sensing` describes them.
 
-Exact observations pass unchanged. Otherwise the robot is assumed to follow its references, an untouched candle to rest,
-one in the hand to move with it, and children to keep their velocity.
+They assume the robot to follow its references, an untouched candle to rest, one in the hand to move with it, and
+children to keep their velocity.
 """
 
 from __future__ import annotations
@@ -62,7 +62,12 @@ def hand_error(sensing: Sensing, robot: Embodiment, things: Sequence[Thing]) -> 
 
 
 class Senses:
-    """Estimates of all observations."""
+    """Estimates of all observations.
+
+    Attributes:
+        age: Delay of observations, s.
+        candle_noise: White noise of a candle's place, m, one sigma.
+    """
 
     def __init__(
         self,
@@ -74,16 +79,12 @@ class Senses:
     ):
         self._sensing, self._robot, self._timestep, self._things = sensing, robot, control_timestep, things
         self._comes = haste * BUMP_SPEED  # m/s; a child's speed of approach
-        self._steps, self._exact = sensing.delay_steps(control_timestep), sensing.is_exact
-
-    @property
-    def age(self) -> float:
-        """Delay of observations, s."""
-        return self._steps * self._timestep
+        self._steps = sensing.delay_steps(control_timestep)
+        self.age, self.candle_noise = self._steps * control_timestep, sensing.candle.noise
 
     @property
     def unsure(self) -> float:
-        """Distance by which a child may be nearer than estimated, m; 0 if observations are exact."""
+        """Distance by which a child may be nearer than estimated, m."""
         child, base = self._sensing.child, self._sensing.base
         # A child may have stopped, or turned, during the delay.
         late = self.age + sum(self._timestep * blur.dropout / (1.0 - blur.dropout) for blur in (child, base))
@@ -93,8 +94,6 @@ class Senses:
 
     def reset(self) -> None:
         """Begin an episode, after the reset of the robot's references."""
-        if self._exact:
-            return
         self._self = SelfEstimate(self._sensing.base, self._robot, self._steps)
         self._candles, self._batteries = (
             CandleEstimates(self._sensing.candle, self._robot.robot, things) for things in (self._things, ())
@@ -102,9 +101,7 @@ class Senses:
         self._children = ChildEstimates(self._sensing.child, self._timestep, self.age)
 
     def now(self, observation: Observation) -> Observation:
-        """Return the estimate of the present, exact observation."""
-        if self._exact:
-            return observation
+        """Return the observation that is expected at present, given the last one."""
         then, now = self._self.update(observation["base_position"], observation["arm_position"])
         estimate = dict(observation)
         estimate["base_position"], estimate["arm_position"] = now

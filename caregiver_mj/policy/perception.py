@@ -22,6 +22,7 @@ from caregiver_mj.plans.cell_graph import ACTIONS, Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.visibility import FULL, PLACES, Sight, visibility
+from caregiver_mj.policy.estimates import Senses
 from caregiver_mj.robot.geometry import Pose, Vector
 from caregiver_mj.robot.view import NO_GATES, NO_THINGS, ChildView, View
 
@@ -53,8 +54,7 @@ class _Sighting:
 class Perception:
     """Perception of one robot in one house.
 
-    With inexact sensing, observations are predictions from `age` seconds ago, candles have white noise of
-    `candle_noise` metres (standard deviation), and children may be `unsure` metres nearer than observed. They walk
+    With inexact sensing, `senses` estimate the present from observations; None takes these as they are. Children walk
     `haste` times as fast as in the paper.
 
     Attributes:
@@ -64,11 +64,8 @@ class Perception:
     def __init__(
         self,
         plan: FloorPlan,
-        is_exact: bool = True,
-        age: float = 0.0,
-        candle_noise: float = 0.0,
-        unsure: float = 0.0,
         sight: Sight = FULL,
+        senses: Senses | None = None,
         frames: Callable[[], dict[str, np.ndarray]] | None = None,
         haste: float = 1.0,
     ):
@@ -77,11 +74,12 @@ class Perception:
         self._pictures = visibility(plan, sight).seen if sight.turns else None
         self._in_view = self._looked = np.ones(len(plan.free_cells), bool)  # now, and at the tracker's last update
         self._tracker: Tracker  # from `reset` on, with partial sight
-        self._plan, self._age, self._unsure, self._frames = plan, age, unsure, frames
-        strays = age * self._comes  # m; error of a predicted position after a stop or turn
-        self._smallest_move = (_SMALLEST_MOVE if is_exact else _SMALLEST_SEEN) + strays
+        self._plan, self._senses, self._frames = plan, senses, frames
+        self._age, self._unsure, noise = (senses.age, senses.unsure, senses.candle_noise) if senses else (0.0, 0.0, 0.0)
+        strays = self._age * self._comes  # m; error of a predicted position after a stop or turn
+        self._smallest_move = (_SMALLEST_SEEN if senses else _SMALLEST_MOVE) + strays
         self._clear_distance = _CLEAR_DISTANCE + strays
-        self._as_usual = max(_AS_USUAL, _SIGMAS * candle_noise)
+        self._as_usual = max(_AS_USUAL, _SIGMAS * noise)
         self._next_cell = plan.graph.moves[0]
         self._tables = layout.Layout(plan).tables
         self._centres = {cell: tuple(plan.position(cell).tolist()) for cell in plan.caregiver_cells}
@@ -93,6 +91,8 @@ class Perception:
         """Begin an episode with its first observation."""
         self._begun, self._all_clear, self._gone, self._clock = 0, False, 0.0, 0.0
         self._children = []
+        if self._senses:
+            self._senses.reset()
         self._glances_from = NOTHING  # cell of the last glances in each heading
         self._lurking.forget()
         self._last: dict[int, tuple[Vector, float]] = {}  # position and time of each child's last sighting
@@ -109,6 +109,8 @@ class Perception:
 
     def look(self, observation: dict[str, np.ndarray], now: float) -> View:
         """Return the robot's view of an observation, `now` seconds after the start of the episode."""
+        if self._senses:
+            observation = self._senses.now(observation)
         poses, rates = observation["toddler_position"], observation["toddler_velocity"]
         if poses.ndim == 1:  # a faster special case
             (x, y, _), (vx, vy, _) = poses.tolist(), rates.tolist()

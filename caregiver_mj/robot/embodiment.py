@@ -151,7 +151,7 @@ class Postures:
     """Places of the hand in the base's frame: x ahead of its centre, z above the floor."""
 
     #: pinch point of the tucked arm, (x, z). A candle there clears a child's head by `WAX_CLEAR` and `FLAME_CLEAR`
-    #: (`caregiver_mj.recording.contacts`)
+    #: (`caregiver_mj.recording.ledger`)
     carry: tuple[float, float]
     reach: float  #: x of a candle on a table at the grip and at the release
     hand_pitch: float  #: of the hand below the horizontal, so that the wrist clears tables

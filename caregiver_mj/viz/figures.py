@@ -23,8 +23,7 @@ from caregiver_mj.plans import hazards
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz import colours
 from caregiver_mj.viz import figure_style as style
-from caregiver_mj.viz.cards import FINE
-from caregiver_mj.viz.chart import GroundPlan
+from caregiver_mj.viz.chart import FINE, GroundPlan
 from caregiver_mj.viz.colours import Colour, unit
 from caregiver_mj.viz.figure_style import ALONE, GUARDED, INK, STYLE, Series, explain, panels, single
 

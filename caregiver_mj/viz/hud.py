@@ -17,9 +17,21 @@ from PIL import Image, ImageDraw
 from caregiver_mj.caregivers.percept import HORIZON
 from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.viz import cards, colours
-from caregiver_mj.viz.cards import LABEL, TRACK, Box, Scale, fit, width_of, write
-from caregiver_mj.viz.chart import CARD_OPACITY, Chart
+from caregiver_mj.viz import colours
+from caregiver_mj.viz.chart import (
+    CARD_OPACITY,
+    LABEL,
+    TRACK,
+    Box,
+    Chart,
+    Scale,
+    card_mask,
+    fit,
+    inset_width,
+    paint_on,
+    width_of,
+    write,
+)
 from caregiver_mj.viz.colours import GROUND, TEXT, Colour, mix
 from caregiver_mj.viz.moment import SOON, ChildState, Forecast, HudState
 
@@ -56,8 +68,8 @@ def layout(plan: FloorPlan, width: int, height: int, legend: bool, column: int =
     right, top = width - margin, lower - room[1] + margin
     left = right - across
     if not (column or row):
-        left, top, inset_width = margin, margin, round(cards.side(width, height))
-        begin, corner, inset = (left, top + down + gap), (right, top), (inset_width, round(0.72 * inset_width))
+        left, top, wide = margin, margin, round(inset_width(width, height))
+        begin, corner, inset = (left, top + down + gap), (right, top), (wide, round(0.72 * wide))
     elif room[0] > room[1]:
         begin = left - margin - across, top
         corner = (begin[0] if legend else left) - margin, top
@@ -86,13 +98,13 @@ def draw(
     drawn, places = frame.copy(), layout(state.plan, width, height, state.forecast is not None, column, row)
     scale, chart = Scale(height), _chart(state.plan, width, height)
     _draw_strip(drawn, state)
-    cards.put(drawn, places.plan, lambda region: chart.draw(region, state))
+    paint_on(drawn, places.plan, lambda region: chart.draw(region, state))
     if state.forecast is not None:
-        cards.put(drawn, places.legend, functools.partial(_draw_legend, forecast=state.forecast, scale=scale))
+        paint_on(drawn, places.legend, functools.partial(_draw_legend, forecast=state.forecast, scale=scale))
     right, top = places.corner
     for caption, picture in insets:
         box = (right - picture.shape[1], top, right, top + picture.shape[0])
-        cards.put(drawn, box, functools.partial(_draw_inset, caption=caption, picture=picture, scale=scale))
+        paint_on(drawn, box, functools.partial(_draw_inset, caption=caption, picture=picture, scale=scale))
         top = box[3] + scale.px(12)
     return drawn
 
@@ -114,7 +126,7 @@ def draw_tag(picture: np.ndarray, tip: tuple[float, float] | None, label: str, h
             canvas.rectangle((1 - rim, 1 - rim, image.width - 2 + rim, tall - 1 + rim), colour)
         write(image, (middle, tall - pad // 2 - 1), label, size, GROUND, align=0.5)
 
-    cards.put(picture, (x - width // 2, top, x + width // 2 + 1, min(top + tall + pad, len(picture))), paint)
+    paint_on(picture, (x - width // 2, top, x + width // 2 + 1, min(top + tall + pad, len(picture))), paint)
 
 
 def draw_plan(state: HudState, width: int, height: int) -> np.ndarray:
@@ -124,7 +136,7 @@ def draw_plan(state: HudState, width: int, height: int) -> np.ndarray:
     times = max(1, *(math.ceil((_CELL * n + _RIM) / side) for n, side in ((columns, width), (rows, height))))
     drawn = np.full((times * height, times * width, 3), GROUND, np.uint8)
     chart = _chart(state.plan, times * width, times * height, alone=True)
-    cards.put(drawn, chart.box, lambda region: chart.draw(region, state))
+    paint_on(drawn, chart.box, lambda region: chart.draw(region, state))
     return np.asarray(Image.fromarray(drawn).reduce(times))
 
 
@@ -156,7 +168,7 @@ def _draw_legend(image: Image.Image, forecast: Forecast, scale: Scale) -> None:
     epsilons = ", ".join(f"{epsilon:.2f}" for epsilon in forecast.epsilon)
     wordings = f"it believes in epsilon {epsilons}", f"believed epsilon {epsilons}"
     write(card, (pad, card.height - pad), fit(wordings, small, card.width - 2 * pad), small, TEXT)
-    image.paste(card, mask=cards.mask(image.size, pad, CARD_OPACITY))
+    image.paste(card, mask=card_mask(image.size, pad, CARD_OPACITY))
 
 
 def _key_height(scale: Scale) -> int:
@@ -212,7 +224,7 @@ def _draw_strip(frame: np.ndarray, state: HudState) -> None:
     px = scale.px
 
     def paint(image: Image.Image) -> None:
-        image.paste(GROUND, mask=cards.mask(image.size, px(10), _STRIP_OPACITY))
+        image.paste(GROUND, mask=card_mask(image.size, px(10), _STRIP_OPACITY))
         left, right, top = px(16), image.width - px(16), px(14)
         for draw, start, end in (
             (_draw_gauges, left, left + px(220)),
@@ -221,7 +233,7 @@ def _draw_strip(frame: np.ndarray, state: HudState) -> None:
         ):
             draw(image, Area(start, end, top, image.height - top, scale), state)
 
-    cards.put(frame, _strip_box(frame.shape[1], len(frame)), paint)
+    paint_on(frame, _strip_box(frame.shape[1], len(frame)), paint)
 
 
 def _draw_gauges(image: Image.Image, area: Area, state: HudState) -> None:

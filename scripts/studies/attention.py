@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from caregiver_mj.caregivers.attentive import BOUT, Attentive
+from caregiver_mj.caregivers.baselines import BOUT, Attentive
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.experiments import intervals, two_level
 from caregiver_mj.experiments.intervals import Estimate

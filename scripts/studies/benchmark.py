@@ -32,7 +32,7 @@ from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.house.scene import child_joints
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.policy import CaregiverPolicy
-from caregiver_mj.recording.contacts import Touch
+from caregiver_mj.recording.ledger import Touch
 from caregiver_mj.robot import kinematics, reach
 from caregiver_mj.robot.base_path import BasePath
 from caregiver_mj.robot.motion import RobotMotion

@@ -29,7 +29,7 @@ from caregiver_mj.outside import parse_json
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.policy.policy import CaregiverPolicy
-from caregiver_mj.recording.contacts import STRIKE_SPEED, Contacts, Touch
+from caregiver_mj.recording.ledger import STRIKE_SPEED, Contacts, Touch
 from caregiver_mj.robot.skills import Skill
 from caregiver_mj.robot.status import Status
 from caregiver_mj.tasks import load

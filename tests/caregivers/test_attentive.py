@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from caregiver_mj import CaregiverPolicy, FloorPlan, load
-from caregiver_mj.caregivers.attentive import looks
+from caregiver_mj.caregivers.baselines import looks
 from caregiver_mj.caregivers.registry import find_caregiver, make_caregiver
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.interventions.verb import STAND_ASIDE

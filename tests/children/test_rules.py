@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from caregiver_mj.children.rules import MoveRules, denied
+from caregiver_mj.children.behaviour import MoveRules, denied
 from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING

@@ -10,10 +10,9 @@ import pytest
 from comparing import same, square
 
 from caregiver_mj import FloorPlan, cli
-from caregiver_mj.experiments.cluster import DaskExecutor
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.settings import Settings
-from caregiver_mj.experiments.workers import WorkerError
+from caregiver_mj.experiments.workers import DaskExecutor, WorkerError
 
 NOWHERE = "tcp://127.0.0.1:9"  # where nothing listens
 

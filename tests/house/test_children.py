@@ -10,7 +10,7 @@ from caregiver_mj.house.children import SOFTNESS, STANCE, STRIDE, Children, Comp
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, DamageWeights
-from caregiver_mj.recording.contacts import Touch
+from caregiver_mj.recording.ledger import Touch
 
 ROOM = FloorPlan.parse("#######\n#B....#\n#.....#\n#..C.S#\n#T....#\n#######", "room")
 CORRIDOR = FloorPlan.parse("########\n#B....S#\n###T####\n########", "corridor")

@@ -7,7 +7,7 @@ import pytest
 
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.recording.contacts import Contacts, Touch, region_at
+from caregiver_mj.recording.ledger import Contacts, Touch, region_at
 from caregiver_mj.robot.view import CHILD_RADIUS
 
 STEP = 0.005  # seconds

@@ -15,7 +15,7 @@ from scripted_child import Scripted
 from caregiver_mj import FloorPlan, load
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.hazards import CANDLE, MUG
-from caregiver_mj.recording.contacts import FAR
+from caregiver_mj.recording.ledger import FAR
 from caregiver_mj.recording.record import names
 from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.view import CHILD_RADIUS

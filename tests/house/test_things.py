@@ -13,7 +13,7 @@ from caregiver_mj.house.things import FLAME_RADIUS, Candles, watch_candle
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.hazards import CANDLE, MUG, NOTHING, State
 from caregiver_mj.policy.pace import picking_up_time
-from caregiver_mj.recording.contacts import FLAME_CLEAR, WAX_CLEAR, Contacts
+from caregiver_mj.recording.ledger import FLAME_CLEAR, WAX_CLEAR, Contacts
 from caregiver_mj.robot import geometry
 from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.reach import UP

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from caregiver_mj import CaregiverPolicy, FloorPlan, load
-from caregiver_mj.recording.contacts import STRIKE_SPEED
+from caregiver_mj.recording.ledger import STRIKE_SPEED
 from caregiver_mj.robot import separation
 from caregiver_mj.robot.separation import GENTLE_GAP, catch_up_speed, slide_speed
 from caregiver_mj.robot.view import CHILD_RADIUS

@@ -1,5 +1,7 @@
 """What is seen: moves made out of centimetres, candles on tables and on the floor."""
 
+import types
+
 import numpy as np
 import pytest
 
@@ -26,6 +28,13 @@ def observe(*children, candle=None, base=(9.0, 9.0)):
         "arm_position": np.zeros(7),
         "finger_position": np.full(2, 0.036),
     }
+
+
+def inexact(age=0.0, candle_noise=0.0):
+    """Senses whose estimates are the observations given."""
+    senses = types.SimpleNamespace(age=age, unsure=0.0, candle_noise=candle_noise)
+    senses.reset, senses.now = lambda: None, lambda observation: observation
+    return senses
 
 
 def centre(row, column):
@@ -146,7 +155,7 @@ def test_the_time_left_is_until_the_move_that_is_not_made_out_yet():
 
 def test_a_child_seen_late_has_moved_only_if_it_is_farther_than_was_foretold_wrongly():
     """It is foretold to go on as it does, and has stopped: then it seems to go back by delay times speed."""
-    late, (x, y) = Perception(ROOM, is_exact=False, age=0.14), centre(2, 4)
+    late, (x, y) = Perception(ROOM, senses=inexact(age=0.14)), centre(2, 4)
     late.reset(observe((x, y)))
     assert follow(late, 0.15, (x - 0.14 * 0.44, y)) == (False, False)
     assert follow(late, 0.55, (x - 0.14 * 0.44, y)) == (True, True)
@@ -157,6 +166,6 @@ def test_a_child_seen_late_has_moved_only_if_it_is_farther_than_was_foretold_wro
 
 @pytest.mark.parametrize(("noise", "height"), [(0.0, 0.63), (0.01, None), (0.02, None)])
 def test_noise_of_candles_makes_no_table_higher(noise, height):
-    perception = Perception(ROOM, is_exact=False, candle_noise=noise)
+    perception = Perception(ROOM, senses=inexact(candle_noise=noise))
     perception.reset(observe(centre(1, 3), candle=[*ROOM.position(ROOM.tables[0]), 0.63]))
     assert perception.table_heights is None if height is None else perception.table_heights.tolist() == [height] * 2

@@ -14,7 +14,7 @@ from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.policy.routines import COOLDOWN, LEFT_LYING, Cooldowns
 from caregiver_mj.tasks import TaskSpec
-from caregiver_mj.tasks.supervise import Supervise
+from caregiver_mj.tasks.suite import Supervise
 
 
 @pytest.mark.parametrize(("house", "children"), [("house-3", "0.5"), ("paper", "1,0.5")])

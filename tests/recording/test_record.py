@@ -6,8 +6,7 @@ import pickle
 import numpy as np
 
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.recording.contacts import Contacts
-from caregiver_mj.recording.ledger import Ledger
+from caregiver_mj.recording.ledger import Contacts, Ledger
 from caregiver_mj.recording.record import COLUMNS, EpisodeRecord, names
 
 

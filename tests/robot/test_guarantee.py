@@ -14,7 +14,7 @@ from views import child, view
 
 from caregiver_mj.children.walk import BUMP_SPEED
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.recording.contacts import STRIKE_SPEED
+from caregiver_mj.recording.ledger import STRIKE_SPEED
 from caregiver_mj.robot import governor, separation
 from caregiver_mj.robot.driver import Driver
 from caregiver_mj.robot.embodiments import find_embodiment

@@ -10,7 +10,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.geometry import upright_grip
 from caregiver_mj.robot.kinematics import arm_of
-from caregiver_mj.robot.planning_scene import PlanningScene
+from caregiver_mj.robot.retrieval import PlanningScene
 
 CANDLE_RADIUS = 0.022  # metres
 

@@ -11,8 +11,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.navigation import Navigator
-from caregiver_mj.robot.planning_scene import PlanningScene
-from caregiver_mj.robot.retrieval import RetrievalPlanner, Search
+from caregiver_mj.robot.retrieval import PlanningScene, RetrievalPlanner, Search
 
 ROOM = FloorPlan.parse("#########\n#B......#\n#..C....#\n#....T..#\n#.......#\n#########", "room")
 MIDDLE = (*ROOM.position((4, 4)).tolist(), 0.0)

@@ -5,7 +5,7 @@ import numpy as np
 from caregiver_mj.children.walk import ToddlerWalk
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.recording.contacts import Touch
+from caregiver_mj.recording.ledger import Touch
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.view import CHILD_RADIUS
 from studies.contacts import Presses, is_pushed

@@ -4,10 +4,9 @@ Each skill is a small state machine over references. Its `step`, called once a c
 goals of the `RobotMotion` and returns its `Status`. Skills know tables, candles and cells, but no danger.
 """
 
+from caregiver_mj.robot.skills.at_table import Pick, Place
 from caregiver_mj.robot.skills.close import Close
-from caregiver_mj.robot.skills.pick import Pick
 from caregiver_mj.robot.skills.pick_up import PickUp
-from caregiver_mj.robot.skills.place import Place
 from caregiver_mj.robot.skills.retrieve import Retrieve
 from caregiver_mj.robot.skills.skill import Block, GoTo, Rest, Skill, StandAside
 

@@ -1,4 +1,7 @@
-"""Shared by picking and placing: stand at a table, and extend the hand on the way there."""
+"""Pick a standing candle off its table, and place the candle in the hand on one.
+
+For both the base stands at the table, and the hand comes out on the way there.
+"""
 
 from __future__ import annotations
 
@@ -7,22 +10,24 @@ import itertools
 import math
 from collections.abc import Callable
 
+import numpy as np
+
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.routes import yielding
 from caregiver_mj.robot import geometry
-from caregiver_mj.robot.driver import ARRIVED, ARRIVED_YAW, LOOK_AHEAD
+from caregiver_mj.robot.driver import ARRIVED, ARRIVED_YAW, LOOK_AHEAD, PATIENCE
 from caregiver_mj.robot.geometry import Vector
-from caregiver_mj.robot.kinematics import arm_of
+from caregiver_mj.robot.kinematics import ATTEMPTS, arm_of, hand_is_empty, hand_position, is_at_hand
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.reach import as_high
 from caregiver_mj.robot.separation import COMING_GAP, GENTLE_GAP, child_cells, gap, is_child_at_line, near_children
 from caregiver_mj.robot.skills.skill import Skill
 from caregiver_mj.robot.status import Status
-from caregiver_mj.robot.view import CHILD_RADIUS, View
+from caregiver_mj.robot.view import CHILD_RADIUS, LOOSE, View
 
-BESIDE_TABLE = 0.45  # m; distance from a table's nominal centre beyond which nothing is on it
+_BESIDE_TABLE = 0.45  # m; distance from a table's nominal centre beyond which nothing is on it
 
 _HOVER_BEYOND = 0.02  # m; overshoot of the base with which the hand may still hover
 _AT_ONCE_GAP = 0.3  # m; gap below which a base that lets a child pass leaves at full speed, else slower
@@ -245,3 +250,213 @@ class AtTable(Skill):
         places = [(*place, yaw) for place in (*robot.points_ahead(LOOK_AHEAD), goal)]
         hands = [geometry.to_world(place, out) for place in (view.base, *places)]
         return all(itertools.starmap(self._navigator.clearance.hand_clear, itertools.pairwise(hands)))
+
+
+_LIFTED = 0.01  # m; rise of a candle that comes up with the hand
+_RISES = 0.12  # s; time within which it must rise
+_IN_FRONT = 0.3  # m; range before a candle in which the hand moves down and up
+_AJAR = 0.002  # m; deviation of each open finger
+
+
+class Pick(AtTable):
+    """Takes a standing candle off its table, and tucks the arm."""
+
+    def __init__(self, navigator: Navigator, candle: int, table: int):
+        super().__init__(navigator, candle, table)
+        self._middle = navigator.plan.position(navigator.plan.tables[table]).tolist()  # table's centre
+        self._until = 0.0
+        self._misses = 0
+
+    def has_way(self, view: View) -> bool:
+        """Return whether the hand can reach the candle from any side without knocking another one over."""
+        return not all(self._is_barred_by_candle(view, stand) for stand in self._stands(view))
+
+    def _may_stand(self, view: View, cell: Cell) -> bool:
+        """Also require that the candle is near enough to this side for the base to clear the table."""
+        if not super()._may_stand(view, cell):
+            return False
+        (ahead_x, ahead_y), (x, y, _) = self._ahead(cell), view.candles[self.candle].tolist()
+        behind_middle = (x - self._middle[0]) * ahead_x + (y - self._middle[1]) * ahead_y
+        to_candle = self.embodiment.postures.reach - self.embodiment.grasp.depth - self.embodiment.footprint
+        return to_candle - behind_middle - layout.TABLE_HALF_SIZE > layout.TABLE_MARGIN
+
+    def _is_barred_by_candle(self, view: View, stand: Cell) -> bool:
+        ahead, candle = self._ahead(stand), view.candles[self.candle].tolist()
+        for other, (x, y, z) in enumerate(view.candles.tolist()):
+            before, aside = geometry.rotate(-math.atan2(ahead[1], ahead[0]), (candle[0] - x, candle[1] - y))
+            near = 0.0 < before < _IN_FRONT and abs(aside) < self.embodiment.clearances.hand_width
+            if other != self.candle and near and z > layout.TABLE_HEIGHT / 2:
+                return True
+        return False
+
+    def _approach(self, view: View, robot: RobotMotion) -> Status:
+        x, y, z = view.candles[self.candle].tolist()
+        if not view.stands_on_table(self.candle, self.table) or math.dist((x, y), self._middle) > _BESIDE_TABLE:
+            return Status.OVERTAKEN  # it has fallen or gone
+        if not any(self._may_stand(view, cell) for cell in self._beside):
+            return Status.OVERTAKEN  # it has been moved
+        goal, cell, yaw = self._stand_at_table(view, (x, y), hand=(-self.embodiment.grasp.depth, 0.0))
+        arrival = self._drive(view, robot, goal, cell, yaw)
+        if arrival.failed:
+            return arrival
+        if robot.reached < 1e-6:
+            robot.plan_reach(z + self.thing.grip)
+            self._is_aimed = True
+        robot.grip(self.embodiment.grasp.opened(self.thing))
+        on_last = self._prepare_hand(view, robot, goal, yaw)
+        if on_last and arrival is Status.DONE and robot.reached == 1.0:
+            self._until = robot.reach_arrival
+            self._stage = self._reach_out
+        return Status.RUNNING
+
+    def _reach_out(self, view: View, robot: RobotMotion) -> Status:
+        if view.now < self._until:
+            return Status.RUNNING
+        robot.grip(self.embodiment.grasp.squeezed(self.thing))
+        self._until = view.now + robot.grip_time
+        self._stage = self._grasp
+        return Status.COMMITTED
+
+    def _grasp(self, view: View, robot: RobotMotion) -> Status:
+        if view.now >= self._until:
+            robot.reach(0.0)
+            self._until = view.now + _RISES
+            self._stage = self._lift
+        return Status.COMMITTED
+
+    def _lift(self, view: View, robot: RobotMotion) -> Status:
+        approach = self.embodiment.approach
+        up = robot.reached <= approach.drive_loaded and view.now - view.age >= self._until
+        stays = up and view.candles[self.candle, 2] < view.table_height(self.table) + _LIFTED
+        if hand_is_empty(view, self.thing) or stays:
+            self._misses += 1
+            robot.grip(self.embodiment.grasp.opened(self.thing))
+            robot.reach(self._out(approach.above, view))
+            self._stage = self._open_again
+            return Status.FAILED if self._misses == ATTEMPTS else Status.RUNNING
+        return Status.DONE if up else Status.COMMITTED
+
+    def _open_again(self, view: View, robot: RobotMotion) -> Status:
+        wide = 2 * (self.embodiment.grasp.opened(self.thing) - _AJAR)
+        if robot.reached == self._out(self.embodiment.approach.above, view) and view.fingers > wide:
+            self._stage = self._approach
+        elif self.driver.patience.is_over(view.now):  # something keeps the fingers from opening
+            return Status.FAILED
+        return Status.RUNNING
+
+
+# m; slip of a candle outwards in the hand, which grows with the rate of turns, from which on the base turns gently, and
+# from which on it turns at most at the third, rad/s, lest the candle be lost.
+_SLIPPED, _NEARLY_OUT, _SLOWLY = 0.008, 0.016, 0.4
+# Cosine of a candle's tilt in the hand beyond which the fingers may hold less of it than its foot shows: turn slowly.
+_UPRIGHT = math.cos(math.radians(5.0))
+# m; height of release above the table, so that a settling hand does not set the candle down; its increase as a share of
+# a wider thing's excess radius, because its edge arrives first.
+_PLACE_GAP, _EDGE = 0.002, 0.12
+# m; remaining way of a descending hand within which a lag above the second, m, shows that the candle has landed. Its
+# usual lag is half of that.
+_LANDS_WITHIN, _LANDED = 0.02, 0.0016
+_SPOTS = (0.0, 0.06, -0.06, 0.12, -0.12, 0.18, -0.18)  # m aside of a table's centre, in order of preference
+_LOOK_INTERVAL = 0.3  # s between looks at the table
+
+
+class Place(AtTable):
+    """Puts the candle in the hand down on a table, at or near its centre; keeps it in the hand after a failure."""
+
+    def __init__(self, navigator: Navigator, candle: int, table: int):
+        super().__init__(navigator, candle, table, loaded=True)
+        self._hand = (0.0, 0.0)
+        self._spot: Vector | None = None
+        self._spot_seen_from: Cell | None = None
+        self._look_at, self._full_until = 0.0, math.inf
+        self._commanded = math.inf  # m; previous commanded height of the hand
+
+    def _approach(self, view: View, robot: RobotMotion) -> Status:
+        # Fingers closer than its width may still hold it by its edge.
+        is_unsure = hand_is_empty(view, self.thing) or robot.reached < 1e-6
+        if is_unsure and not is_at_hand(view, self.embodiment, self.candle, self.thing):
+            return Status.OVERTAKEN  # lost on the way
+        if view.now >= self._look_at or self.stand != self._spot_seen_from:
+            self._spot, self._look_at = self._free_spot(view), view.now + _LOOK_INTERVAL
+        if self._spot is None:  # no room on this table, perhaps temporarily
+            self._full_until = min(self._full_until, view.now + PATIENCE)
+            robot.reach(0.0)
+            return Status.FAILED if view.now >= self._full_until else self.status
+        self._full_until = math.inf
+        if robot.reached < 1e-6:
+            self._hand, height = self._measure(view)
+            is_tilted = view.candle_upright(self.candle) < _UPRIGHT
+            if is_tilted or self._hand[0] > _SLIPPED:
+                robot.turn_gently(_SLOWLY if is_tilted or self._hand[0] > _NEARLY_OUT else math.inf)
+            gap = _PLACE_GAP + _EDGE * (self.thing.width - layout.CANDLE_RADIUS)
+            robot.plan_reach(view.table_height(self.table) + gap + height)
+            self._is_aimed = True
+        goal, cell, yaw = self._stand_at_table(view, self._spot, self._hand)
+        arrival = self._drive(view, robot, goal, cell, yaw)
+        if arrival.failed:
+            robot.reach(0.0)
+            return Status.FAILED
+        on_last = self._prepare_hand(view, robot, goal, yaw)
+        has_come = view.now >= robot.reach_arrival - self.embodiment.grasp.release_time
+        has_landed = on_last and robot.may_be_off and self._has_landed(view, robot)
+        if on_last and arrival is Status.DONE and (has_come or has_landed):
+            if not has_come:
+                robot.stop_reaching()
+            robot.grip(self.embodiment.grasp.opened(self.thing))
+            self._stage = self._release
+        return Status.COMMITTED if on_last else Status.RUNNING
+
+    def _has_landed(self, view: View, robot: RobotMotion) -> bool:
+        """Return whether the candle meets the table early, so that the hand must stop."""
+        arm, path = arm_of(self.embodiment), robot.reach_path
+        commanded, self._commanded = self._commanded, float(arm.pinch(path.joints(robot.reached))[2])
+        is_near = self._commanded - float(arm.pinch(path.joints(path.goal))[2]) < _LANDS_WITHIN
+        return is_near and float(arm.pinch(view.arm)[2]) - commanded > _LANDED
+
+    def _release(self, view: View, robot: RobotMotion) -> Status:
+        if view.fingers > 2 * (self.thing.radius + LOOSE):
+            robot.reach(0.0)
+            self._stage = self._retreat
+        elif self.driver.patience.is_over(view.now):  # something keeps the fingers from opening
+            robot.grip(self.embodiment.grasp.squeezed(self.thing))
+            robot.reach(0.0)
+            return Status.FAILED
+        return Status.COMMITTED
+
+    def _retreat(self, view: View, robot: RobotMotion) -> Status:
+        if robot.reached > self._out(self.embodiment.approach.drive, view):
+            return Status.COMMITTED
+        return Status.DONE if view.stands_on_table(self.candle, self.table) else Status.OVERTAKEN
+
+    def _free_spot(self, view: View) -> Vector | None:
+        """Return the place nearest to the table's centre with room for candle and hand, or None."""
+        if self.stand is None:
+            self.stand = self._choose_stand(view)
+        self._spot_seen_from = self.stand
+        middle = self._navigator.plan.position(self._navigator.plan.tables[self.table])
+        x, y = self._ahead(self.stand)
+        aside = np.array([-y, x])
+        width, candle = self.embodiment.clearances.hand_width, layout.CANDLE_RADIUS
+        taken = []  # intervals, m aside of the centre
+        for i in np.flatnonzero(np.abs(view.candles[:, :2] - middle).max(axis=1) < _BESIDE_TABLE):
+            thing = self._things[i]
+            ends = view.candles[i] + np.outer([0.0, thing.height], view.candle_axis(int(i)))
+            if i != self.candle and ends[0, 2] > layout.TABLE_HEIGHT / 2:
+                low, high = sorted(((ends[:, :2] - middle) * aside).sum(axis=1).tolist())
+                taken.append((low - (thing.width - candle), high + (thing.width - candle)))
+        for offset in _SPOTS:
+            if all(offset <= low - width or offset >= high + width for low, high in taken):
+                return tuple((middle + offset * aside).tolist())
+        return None
+
+    def _measure(self, view: View) -> tuple[Vector, float]:
+        """Measure the candle's place in the hand, because it may have slipped.
+
+        Returns:
+            Position of its foot relative to the pinch point, in the base's frame, rounded to 1 mm so that noise moves
+            no goals; and the foot's depth below the pinch point, m.
+        """
+        x, y, z = hand_position(view, self.embodiment).tolist()
+        foot = view.candles[self.candle].tolist()
+        ahead, aside = geometry.to_local((x, y, view.base[2]), (foot[0], foot[1]))
+        return (round(ahead, 3), round(aside, 3)), z - foot[2]

@@ -21,7 +21,7 @@ from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.reach import ReachPath, guesses
 from caregiver_mj.robot.separation import is_child_at_arm, is_child_at_line
-from caregiver_mj.robot.skills.reaching import CHILD_BESIDE, NEAR_SOON
+from caregiver_mj.robot.skills.retrieve import CHILD_BESIDE, NEAR_SOON
 from caregiver_mj.robot.skills.skill import Skill
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View

@@ -21,7 +21,7 @@ from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.reach import LOW, TRAY_SPOTS, UP, share_at, tray_path
 from caregiver_mj.robot.retrieval import RetrievalPlanner, Search, Stance
 from caregiver_mj.robot.separation import gap_to
-from caregiver_mj.robot.skills.reaching import CHILD_BESIDE, Reaching
+from caregiver_mj.robot.skills.retrieve import CHILD_BESIDE, Reaching
 from caregiver_mj.robot.skills.skill import StandAside
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View

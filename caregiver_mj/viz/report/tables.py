@@ -12,7 +12,7 @@ from caregiver_mj.children.random_stream import EPISODE_TIMESTEPS
 from caregiver_mj.experiments import statistics, summary
 from caregiver_mj.experiments.summary import Harm
 from caregiver_mj.experiments.verdicts import MARGINS
-from caregiver_mj.recording.contacts import BODY_LIMITS, CAUTION, FAR, FLAME_CLEAR, WAX_CLEAR
+from caregiver_mj.recording.ledger import FAR, FLAME_CLEAR, WAX_CLEAR
 from caregiver_mj.recording.record import COLUMNS, DAMAGE_THRESHOLD
 from caregiver_mj.viz import figures
 from caregiver_mj.viz.report import words
@@ -35,7 +35,38 @@ _SHOWN = (
 _UNMEASURED = "not measured"
 _HOW = {"sum": "in all", "mean": "an episode", "max": "the most", "min": "the least"}
 _KINEMATIC = "These children are kinematic: they do not give way, so the forces are far too high (docs/contacts.md). "
+# Limits of adults put forces on a child into perspective; they are not a child's limits. Source: the pain threshold
+# register of the German accident insurers (DGUV 2011, "BG/BGIA risk assessment recommendations according to machinery
+# directive: design of workplaces with collaborative robots"), as reprinted in Buxbaum and Sen, "Kollaborierende Roboter
+# in der Pflege", table 1.4 (in: Bendel (ed.), Pflegeroboter, Springer 2018, open access). ISO/TS 15066:2016 has a
+# similar table in its annex A, from another study of adults, which ISO 10218-2:2025 adopts. ISO 13482:2014, on personal
+# care robots, covers contact with people of any age, as hazards to assess and reduce for each robot. No compliance with
+# any of them is claimed.
 _SOURCE = "DGUV 2011, as reprinted in Buxbaum and Sen, table 1.4 (in: Bendel, Pflegeroboter, 2018)"
+# Region, part of the body, and its limits, N: greatest force while clamped or squeezed, and of an impact.
+_BODY_LIMITS = (
+    ("head", "skull, forehead", 130, 175),
+    ("head", "face", 65, 90),
+    ("head", "neck, at the sides and behind", 145, 190),
+    ("head", "throat", 35, 35),
+    ("trunk", "back, shoulders", 210, 250),
+    ("trunk", "chest", 140, 210),
+    ("trunk", "belly", 110, 160),
+    ("trunk", "pelvis", 180, 250),
+    ("trunk", "upper arm, elbow", 150, 190),
+    ("trunk", "forearm, wrist", 160, 220),
+    ("trunk", "hand, fingers", 135, 180),
+    ("legs", "thigh, knee", 220, 250),
+    ("legs", "lower leg", 140, 170),
+    ("legs", "foot, ankle", 125, 160),
+)
+_CAUTION = (
+    "These limits are for adults at work, and nothing here claims to keep them: a child of a year and a half bears "
+    "less, no such table covers it, and its head is as high as their hips. Standards that consider children forbid "
+    "any contact, such as EN 16005 for automatic doors that many children use. In crash tests with the dummy of a "
+    "child the risk of a serious injury was below 5 % only below 1.5 m/s (Paez-Granados and Billard, Scientific "
+    "Reports 12, 5285, 2022)."
+)
 
 
 def damage_table(run: Run) -> Table:
@@ -204,11 +235,11 @@ def counts_table(groups: Mapping[str, pd.DataFrame], where: str = "", first: str
 def limits_table(episodes: pd.DataFrame, where: str = "", compliant: bool = False) -> Table:
     """Return the greatest force on each part of a compliant or kinematic child, with the limits for adults."""
     rows = []
-    for region, part, clamping, impact in BODY_LIMITS:
+    for region, part, clamping, impact in _BODY_LIMITS:
         force = float(episodes[f"contact_force_{region}"].max())
         rows.append((region, part, f"{force:.0f}", f"{clamping}", f"{impact}", f"{number(100 * force / impact, 0)} %"))
     columns = ("on the child's", "of an adult", "greatest force, N", "clamped, N", "impact, N", "of the impact's")
-    note = f"{'' if compliant else _KINEMATIC}Limits of adults: {_SOURCE}. {CAUTION}"
+    note = f"{'' if compliant else _KINEMATIC}Limits of adults: {_SOURCE}. {_CAUTION}"
     return Table(f"Forces beside what adults bear{where}", columns, rows, note)
 
 

@@ -13,8 +13,7 @@ from caregiver_mj.house.scene import build_house
 from caregiver_mj.robot import geometry, governor
 from caregiver_mj.robot.kinematics import hand_position
 from caregiver_mj.robot.navigation import Navigator
-from caregiver_mj.robot.planning_scene import PlanningScene
-from caregiver_mj.robot.retrieval import RetrievalPlanner
+from caregiver_mj.robot.retrieval import PlanningScene, RetrievalPlanner
 from caregiver_mj.robot.skills import Block, Pick, Place, Retrieve, Skill
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import ChildView, View
