@@ -287,8 +287,10 @@ class _Watch:
 
     def take_in(self, touches: Sequence[Touch], seconds: float, time: float, shut: Collection[int]) -> None:
         for touch in touches:
-            # A panel counts even after the hand has left it, for the robot has set it in motion.
-            if touch.kind in ("robot", "panel") and touch.speed > STRIKE_SPEED:
+            # A panel counts even after the hand has left it, for the robot has set it in motion; that of a shut gate is
+            # held, and only gives as a child leans on it.
+            moved = touch.kind == "robot" or (touch.kind == "panel" and touch.index not in shut)
+            if moved and touch.speed > STRIKE_SPEED:
                 self._account.strikes += self._strikes.is_over(time)
         if not any(touch.part or touch.kind == "robot" for touch in touches):
             return

@@ -56,6 +56,11 @@ def test_strikes_are_contacts_faster_than_5_cm_a_second_and_half_a_second_apart(
     assert strikes(0.7, 0.3) == 1
 
 
+def test_the_panel_of_a_shut_gate_gives_as_a_child_leans_on_it_and_is_no_strike():
+    leant_on = Touch(0, "panel", 1, (1.0, 0.0), 0.06)
+    assert (counted(leant_on, shut=[0]).strikes, counted(leant_on, shut=[1]).strikes) == (1, 0)
+
+
 @pytest.mark.parametrize(("height", "region"), [(0.1, "legs"), (0.24, "trunk"), (0.5, "trunk"), (0.7, "head")])
 def test_regions_by_height(height, region):
     assert region_at(height) == region
