@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import collections
 from collections.abc import Mapping
 from typing import ClassVar
 
@@ -50,7 +49,7 @@ class BlockStairs(CareTask):
         self.goal_stairwell = int(self.random.randint(len(self.plan.landings)))
         self._landing = self.plan.position(self.plan.landings[self.goal_stairwell])
 
-    def get_observation(self, physics: Physics) -> collections.OrderedDict[str, np.ndarray]:
+    def get_observation(self, physics: Physics) -> dict[str, np.ndarray]:
         """Return the common observation, and the goal."""
         observation = super().get_observation(physics)
         observation["goal_stairwell"] = np.eye(len(self.plan.landings))[self.goal_stairwell]
