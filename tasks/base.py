@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import collections
 import dataclasses
 import functools
 import math
@@ -299,11 +298,10 @@ class CareTask(control.Task):
             self.ledger.book(*(np.array([values]) for values in zip(*self.children.end(), strict=True)))
             self.ledger.drop(self.candles.count_fallen(physics))
 
-    def get_observation(self, physics: Physics) -> collections.OrderedDict[str, np.ndarray]:
+    def get_observation(self, physics: Physics) -> dict[str, np.ndarray]:
         """Return the observation, which suffices for a caregiver; every key is in `observed`."""
-        observation = self.observer.observe(physics, self._control_steps)
-        observation["clock"] = np.array(self._control_steps / self._steps_a_move)
-        observation.move_to_end("clock", last=False)
+        observation = {"clock": np.array(self._control_steps / self._steps_a_move)}
+        observation |= self.observer.observe(physics, self._control_steps)
         if self._shows_heights and self.plan.tables:
             observation["table_height"] = self.table_heights.copy()
         return observation

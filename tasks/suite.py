@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import collections
 from collections.abc import Mapping
 from typing import ClassVar
 
@@ -58,7 +57,7 @@ class RelocateCandle(CareTask):
         self.goal_table = int(self.random.choice(bare))
         self._goal = np.array([*self.table_positions[self.goal_table], self.table_heights[self.goal_table]])
 
-    def get_observation(self, physics: Physics) -> collections.OrderedDict[str, np.ndarray]:
+    def get_observation(self, physics: Physics) -> dict[str, np.ndarray]:
         """Return the common observation, and the goal."""
         observation = super().get_observation(physics)
         observation["goal_candle"] = np.eye(len(self.plan.candle_tables))[self.goal_candle]
@@ -118,7 +117,7 @@ class BlockStairs(CareTask):
         self.goal_stairwell = int(self.random.randint(len(self.plan.landings)))
         self._landing = self.plan.position(self.plan.landings[self.goal_stairwell])
 
-    def get_observation(self, physics: Physics) -> collections.OrderedDict[str, np.ndarray]:
+    def get_observation(self, physics: Physics) -> dict[str, np.ndarray]:
         """Return the common observation, and the goal."""
         observation = super().get_observation(physics)
         observation["goal_stairwell"] = np.eye(len(self.plan.landings))[self.goal_stairwell]

@@ -260,7 +260,7 @@ ODD = {
         (lambda: make_caregiver("paper", "paper"), "house of a caregiver must be a FloorPlan"),
         (
             lambda: policy()(load().reset().observation),
-            "must be given the time step of env.step or .*, got OrderedDict",
+            "must be given the time step of env.step or .*, got dict",
         ),
         (act_in_mid_episode, "first time step that a caregiver's policy sees must be that of env.reset"),
         (lambda: decide("relocate", 0, 1), r"decide: 'relocate' must be for a candle or mug, \[1\], got hazard 0"),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import collections
 import dataclasses
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -79,22 +78,19 @@ class Observer:
             for touch in physics.touches:
                 self.seen[touch.child] |= touch.kind == "robot"
 
-    def observe(self, physics: Physics, step: int) -> collections.OrderedDict[str, np.ndarray]:
+    def observe(self, physics: Physics, step: int) -> dict[str, np.ndarray]:
         """Return the observation by key, with errors; repeated calls in a step return the same."""
         exact = self._all_in_sight(physics)
-        return collections.OrderedDict(self._sensor.sense(step, exact)) if self._sensor else exact
+        return self._sensor.sense(step, exact) if self._sensor else exact
 
-    def _all_in_sight(self, physics: Physics) -> collections.OrderedDict[str, np.ndarray]:
+    def _all_in_sight(self, physics: Physics) -> dict[str, np.ndarray]:
         """Return the observation of everything in view, without errors."""
-        observation: collections.OrderedDict[str, np.ndarray] = collections.OrderedDict()
-        if not self.sight.is_full:
-            observation["toddler_seen"] = self.seen.astype(float)
-            observation["cell_seen"] = self._cells_seen.astype(float)
-        for key, view in physics.live.items():
-            observation[key] = view.copy()
-        if not self.sight.is_full:
-            for key in ("toddler_position", "toddler_velocity"):
-                np.atleast_2d(observation[key])[~self.seen] = 0.0
+        exact = {key: view.copy() for key, view in physics.live.items()}
+        if self.sight.is_full:
+            return exact
+        observation = {"toddler_seen": self.seen.astype(float), "cell_seen": self._cells_seen.astype(float)} | exact
+        for key in ("toddler_position", "toddler_velocity"):
+            np.atleast_2d(observation[key])[~self.seen] = 0.0
         for key in observation.keys() & self._things_seen.keys():  # things out of view are as last seen, or as at first
             shown, seen = self._things_shown.setdefault(key, observation[key]), self._things_seen[key]
             shown[seen] = observation[key][seen]
