@@ -3,7 +3,6 @@
 import json
 
 import pytest
-from test_cli import fails
 
 from caregiver_mj import cli
 
@@ -31,7 +30,3 @@ def test_the_papers_tables_beside_ours(capsys):
     printed = [line.split() for line in err.splitlines()]  # the tables beside it
     assert [line[-2] for line in printed if line[:2] == ["0.5", "with"]] == ["0.111", "171.5"]
     assert "It is the one of many plans that came closest" in err
-
-
-def test_a_wrong_number_of_episodes(capsys):
-    assert "at least 1, got 0" in fails(capsys, ["paper", "--episodes", "0"])

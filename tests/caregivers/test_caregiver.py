@@ -15,7 +15,6 @@ from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.learned import LearnedCaregiver
 from caregiver_mj.caregivers.paper import CandlesCaregiver, PaperCaregiver, StairsCaregiver
 from caregiver_mj.children.random_stream import pick
-from caregiver_mj.interventions.verb import BLOCK, RELOCATE, STAND_ASIDE, Intervention
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from studies.ablations import Alike, Max
@@ -112,16 +111,6 @@ def test_a_candle_that_is_safest_where_it_stands_is_left_there():
         caregiver.reset(1)
         if not isinstance(caregiver, LearnedCaregiver):  # which nothing holds to that
             assert caregiver.choose(see(1, 2)).tolist() == [NOTHING]
-
-
-def test_the_safe_table_is_the_bare_one_farthest_on_foot():
-    caregiver = PaperCaregiver(CORRIDOR)
-    # Table 1 bears the candle. Tables 0 and 2 are 1 and 5 moves from cell 0, 5 and 1 from cell 4.
-    assert caregiver.destination(see([0, 4]), np.zeros(2, int)).tolist() == [2, 0]
-    # Nor is a table bare that bears another candle.
-    two = FloorPlan.parse("#########\n#S.....B#\n##T#C#C##\n#########")
-    candles = see([0, 4], [1, 2])
-    assert PaperCaregiver(two).destination(candles, np.zeros(2, int)).tolist() == [0, 0]
 
 
 @pytest.mark.parametrize(
@@ -261,15 +250,6 @@ def test_the_candle_goes_to_the_table_farthest_from_the_nearest_child():
     caregiver = PaperCaregiver(CORRIDOR)
     assert caregiver.destination(several(0, 3), np.zeros(1, int)).tolist() == [2]
     assert caregiver.destination(several(1, 4), np.zeros(1, int)).tolist() == [0]
-
-
-def test_the_answer_is_a_whole_intervention():
-    caregiver = PaperCaregiver(CORRIDOR)
-    caregiver.reset(1)
-    assert list(caregiver.decide(see(0))) == [Intervention(BLOCK, STAIRWELL)]
-    assert list(caregiver.decide(see(4))) == [Intervention(RELOCATE, CANDLE, 0)]
-    nothing = caregiver.protect(see(0), np.array([NOTHING]))
-    assert list(nothing) == [Intervention(STAND_ASIDE)]
 
 
 @pytest.mark.parametrize(("child_cell", "moves"), [(0, 3), (1, 2), (2, 1), (3, 1), (4, 1)])

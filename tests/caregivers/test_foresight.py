@@ -233,14 +233,6 @@ class TestForesight:
         answer = ForesightCaregiver(TWO_ENDS).decide(percept(TWO_ENDS, 4, 2))
         assert (answer.verb[0], answer.hazard[0]) == (BLOCK, 0)
 
-    def test_carries_the_candle_to_where_the_child_is_not(self):
-        caregiver = ForesightCaregiver(TABLES)
-        assert caregiver.options(percept(TABLES, 1, 9), np.array([0])).table.tolist() == [[1]]
-        world = begun(GridWorld(TABLES, 1.0, caregiver), 20)
-        for _ in range(40):
-            world.step()
-        assert (world.ledger.totals()["interventions_done"] > 0).mean() > 0.5
-
     def test_the_time_left_counts(self):
         """With no time left it is still where it is when the child moves next."""
         caregiver = ForesightCaregiver(STAIRS)

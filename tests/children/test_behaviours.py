@@ -229,10 +229,3 @@ def test_it_goes_into_a_landing_only_if_the_caregiver_is_there():
     assert way((3, 5), (2, 5)) == NORTH
     # Through the landing it would be two moves.
     assert way((1, 5), (3, 5)) == WEST
-
-
-def test_the_seeker_strays_as_much_as_it_says_now():
-    middle, west = 2, 0
-    chance = draws((0.3, 0.5, 0))
-    assert Seeker(CORRIDOR, 0.0).act(see(middle, 0, west), chance).tolist() == [WEST]
-    assert Careless(CORRIDOR, 0.0).act(see(middle, 0, west), chance).tolist() == [SOUTH]

@@ -67,22 +67,6 @@ def test_gymnasium_finds_no_fault(world, options, recwarn):
     assert [str(warning.message) for warning in recwarn if "WARN" in str(warning.message)] == []
 
 
-@pytest.mark.parametrize("children", ["0.5", "1,.25"])
-def test_the_return_is_minus_the_damage(children):
-    env, random = make(house="paper", epsilon=children), np.random.RandomState(0)
-    steps = run(env, 1, lambda observation, info: random.choice(np.flatnonzero(info["action_mask"])))
-    outcome = steps[-1][-1]["outcome"]
-    assert len(steps) == 200
-    assert outcome["damage"] > 0
-    assert sum(reward for _, reward, *_ in steps) == -outcome["damage"]
-    assert sum(info["cost"] for *_, info in steps) == outcome["damage"]  # nobody is struck in the grid
-    assert [(terminated, truncated) for _, _, terminated, truncated, _ in steps[-2:]] == [(False, False), (False, True)]
-    for observation, *_, info in steps:
-        assert observation in env.observation_space
-        np.testing.assert_array_equal(observation["action_mask"], info["action_mask"])
-    assert env.unwrapped.action_masks().tolist() == info["action_mask"].astype(bool).tolist()
-
-
 @pytest.mark.parametrize("action", [0, STAIRWELL])
 @pytest.mark.parametrize("house", [PLAN, FloorPlan.load("paper")])
 def test_an_episode_is_that_of_a_caregiver_that_decides_the_same(house, action):
@@ -103,6 +87,7 @@ def test_a_candle_is_relocated_and_with_it_in_the_hand_nothing_else_counts():
             carried += 1
         observation, *_, info = env.step(CANDLE if info["action_mask"][CANDLE] else 0)
     assert carried > 0
+    assert env.unwrapped.action_masks().tolist() == info["action_mask"].astype(bool).tolist()
     assert env.unwrapped.world.world.ledger.interventions_done[0] > 0
 
 

@@ -45,23 +45,6 @@ def _registered(monkeypatch):
 
 
 @pytest.mark.usefixtures("_registered")
-def test_the_grid_shuts_it_for_good():
-    world = GridWorld(HOUSE, "1", Gatekeeper(HOUSE))
-    world.run(streams(20, 40))
-    assert (world.state[:, :2] == State.SHUT).all()
-    assert (world.state[:, 2] == State.AS_PLANNED).all()
-    assert (world.ledger.totals()["interventions_done"] == 2).all()
-    assert (world.ledger.totals()["interventions"] == 2).all()
-    before = world.ledger.totals()
-    world.run(streams(20, 200))  # a new episode has its gates open again
-    after = world.ledger.totals()
-    assert (after["interventions_done"] == 2).all()
-    assert after["damage_stairwell"].sum() < 0.1 * GridWorld(HOUSE, "1", None).run(streams(20, 200)).damage.sum()
-    assert (after["damage_stairwell"] == before["damage_stairwell"]).all()  # all of it was before they were shut
-    assert (after["moves_blocked_stairwell"] > before["moves_blocked_stairwell"]).any()
-
-
-@pytest.mark.usefixtures("_registered")
 def test_verbs_with_the_same_places_share_their_routes(monkeypatch):
     known = []
     monkeypatch.setattr("caregiver_mj.grid.world.routes", lambda plan, places: known.extend(places))

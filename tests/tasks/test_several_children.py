@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scripted_child import EAST, NORTH, SOUTH, STAY, Scripted
+from scripted_child import EAST, SOUTH, STAY, Scripted
 
 from caregiver_mj import FloorPlan, load
 from caregiver_mj.plans.hazards import DamageWeights
@@ -29,17 +29,6 @@ def row(*moves, damage=DamageWeights(), robot=False):
     for child, (column, _) in zip(env.task.children, moves, strict=True):
         child.put((1, column))
     return env
-
-
-def test_damage_is_the_sum_over_the_children_and_of_each_the_worst_of_a_timestep():
-    env = row((1, SOUTH), (3, SOUTH), (5, SOUTH), (4, NORTH))
-    timesteps(env, 2)
-    outcome = env.task.outcome()
-    assert (outcome["damage_by_child"], outcome["damage"]) == ([8.0, 10.0, 2.0, 0.0], 20.0)
-    assert (outcome["damage_candle"], outcome["damage_stairwell"], outcome["damage_table"]) == (8.0, 10.0, 2.0)
-    assert outcome["timesteps_to_threshold"] == 2
-    at = dict(zip(ROW.free_cells, env.task.ledger.damage_at[0].tolist(), strict=True))
-    assert at == {(1, 1): 8, (1, 2): 0, (1, 3): 10, (1, 4): 0, (1, 5): 2}
 
 
 @pytest.mark.parametrize(

@@ -159,37 +159,6 @@ def test_goal_observations_point_from_here_to_there():
     np.testing.assert_allclose(seen["candle_position"][0] + seen["candle_to_goal"], [*table, 0.6], atol=1e-9)
 
 
-CUPBOARD = FloorPlan.parse("#####\n#B.C#\n##T##\n#####", "cupboard")  # one free cell
-
-
-def bumps(env: control.Environment) -> list[dict[str, float]]:
-    totals, harm = env.task.outcome(), []
-    for _ in range(24):
-        for _ in range(84):
-            env.step(np.zeros(0))
-        now = env.task.outcome()
-        harm.append({kind: now[f"damage_{kind}"] - totals[f"damage_{kind}"] for kind in ("candle", "table")})
-        totals = now
-    return harm
-
-
-def test_harm_of_a_table_goes_where_its_candle_goes():
-    east, south = [], []
-    for moved in (False, True):
-        env = caregiver_mj.load("supervise", CUPBOARD, epsilon=1.0, random=1, task_kwargs={"robot": False})
-        env.reset()
-        if moved:
-            env.physics.set_candle(0, np.array([*CUPBOARD.position((2, 2)), 0.6]), 0.0)
-        harm = bumps(env)
-        assert {h["candle"] for h in harm} == {0.0, 4.0}
-        assert {h["table"] for h in harm} == {0.0, 1.0}
-        east.append({i for i, h in enumerate(harm) if h["candle" if not moved else "table"]})
-        south.append({i for i, h in enumerate(harm) if h["table" if not moved else "candle"]})
-    assert east[0] == east[1]
-    assert south[0] == south[1]
-    assert not east[0] & south[0]
-
-
 @pytest.mark.parametrize(
     ("plan", "epsilon", "seed"),
     [

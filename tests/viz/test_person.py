@@ -14,7 +14,6 @@ from caregiver_mj.viz.viewers import Session
 
 window = pytest.importorskip("caregiver_mj.viz.viewers.window")
 
-PLAYS = ["view", "--caregiver", "person"]
 PAID = ("damage", "interventions", "interventions_done", "toys_reached", "moves_blocked", "timesteps_to_threshold")
 
 
@@ -141,24 +140,3 @@ def test_episodes_are_kept_as_a_run_and_can_be_submitted(house, tmp_path, monkey
     assert cli.main(film) == 0
     assert cli.main([*film, "--episode", "2"]) == 2
     assert "episode must be from 0 to 0, as --answers has them, got 2" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("command", "problem"),
-    [
-        ([*PLAYS, "--sight", "walls"], "sight must be all with a person"),
-        (
-            [*PLAYS, "--out", "run", "--episode", "2"],
-            "--out requires --caregiver person or driver, without --episode",
-        ),
-        (["view", "--out", "run"], "--out requires --caregiver person or driver"),
-        (["record", "--format", "lerobot", "--caregiver", "person", "--out", "set"], "requires --answers DIR"),
-        (["evaluate", "--caregiver", "none", "person", "--out", "run"], "acts by itself: a person plays"),
-        (["render", "--caregiver", "person", "--out", "film.mp4"], "acts by itself: a person plays"),
-    ],
-)
-def test_what_cannot_be_played(command, problem, capsys, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert cli.main(command) == 2
-    assert problem in capsys.readouterr().err
-    assert not [*tmp_path.iterdir()]
