@@ -59,16 +59,6 @@ for _name, _robot in [*((name, True) for name in caregiver_mj.ALL_TASKS), ("supe
 del ContractTest  # not a test by itself
 
 
-@every_task
-def test_episode_ends_at_the_time_limit(task):
-    env = load(task, time_limit=TIME_LIMIT)
-    env.reset()
-    steps = [env.step(np.zeros(11)) for _ in range(50)]  # of 20 ms
-    assert [step.last() for step in steps] == [False] * 49 + [True]
-    assert steps[-1].discount == 1.0  # the house goes on; only the episode is over
-    assert env.step(np.zeros(11)).first()
-
-
 def test_faster_children_make_timesteps_shorter_and_cross_a_cell_in_one():
     env = load("supervise", NO_CANDLE, robot=False, child_speed=0.8)
     env.reset()
