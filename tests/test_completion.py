@@ -1,5 +1,6 @@
 """What a shell makes of a tab, as somebody would type it, and what `caregiver-mj list` prints."""
 
+import dataclasses
 import importlib.metadata
 import json
 import subprocess
@@ -10,6 +11,7 @@ import pytest
 from caregiver_mj import cli
 from caregiver_mj.caregivers.baselines import NearestCaregiver
 from caregiver_mj.cli import listing
+from caregiver_mj.robot.embodiments import find_embodiment
 
 _LOADED = """
 COMP_WORDS=("$@")
@@ -63,6 +65,11 @@ def test_neither_help_nor_completion_needs_the_simulator(arguments):
     assert found.stdout.splitlines()[-1] == "[]"
 
 
+def butler():
+    """butler of ours"""
+    return dataclasses.replace(find_embodiment("mobile_ur5e"), name="butler")
+
+
 class Nanny(NearestCaregiver):
     """Sings."""
 
@@ -95,11 +102,12 @@ def test_a_line_on_each_name(capsys, what, some):
 
 
 def test_other_packages_are_listed_and_those_that_fail_say_why(capsys, monkeypatch):
-    offered = importlib.metadata.EntryPoints(
-        importlib.metadata.EntryPoint(name, value, "caregiver_mj.caregivers")
-        for name, value in (("nanny", f"{__name__}:Nanny"), ("broken", "no.such.module:Nanny"))
-    )
-    monkeypatch.setattr(importlib.metadata, "entry_points", lambda group: offered.select(group=group))
+    values = (("nanny", f"{__name__}:Nanny"), ("broken", "no.such.module:Nanny"))
+    offered = [importlib.metadata.EntryPoint(*value, "caregiver_mj.caregivers") for value in values]
+    offered.append(importlib.metadata.EntryPoint("ours", f"{__name__}:butler", "caregiver_mj.embodiments"))
+    points = importlib.metadata.EntryPoints(offered)
+    monkeypatch.setattr(importlib.metadata, "entry_points", lambda group: points.select(group=group))
+    assert find_embodiment("ours").name == listed(capsys, "robots")["ours"].split()[0] == "butler"
     found = listed(capsys, "caregivers")
     assert found["nanny"].startswith("Sings. (from ")
     assert "cannot be loaded" in found["broken"]

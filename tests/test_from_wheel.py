@@ -52,6 +52,17 @@ def ours(python):
     return lambda *words: done([python.parent / "caregiver-mj", *words])
 
 
+def test_it_is_the_wheel(python, tmp_path):
+    code = "import caregiver_mj, caregiver_mj.tasks, caregiver_mj.models as m; print(caregiver_mj.__file__, m.__file__)"
+    for file in done([python, "-c", code]).split():
+        assert pathlib.Path(file).is_relative_to(python.parents[1])
+
+
+def test_import_brings_nothing_that_takes_long(python):
+    code = "import sys, caregiver_mj; print({'mujoco', 'OpenGL', 'dm_control', 'scipy'} & sys.modules.keys())"
+    assert done([python, "-c", code]) == "set()\n"
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_page(python, page):
     blocks = [block for block in BLOCK.findall(page.read_text("utf-8")) if not FILE.match(block)]

@@ -33,6 +33,7 @@ from caregiver_mj.plans.sets import house_set
 from caregiver_mj.plans.visibility import Sight
 from caregiver_mj.policy.own import OwnPolicy
 from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.viz.film import Picture, render_episode
 from caregiver_mj.viz.report import write_report
 
 TEXT = "######\n#B.S.#\n#....#\n#C..T#\n######"
@@ -138,6 +139,14 @@ def act_with(made):
     OwnPolicy("mine", lambda env: made, env)(env.reset())
 
 
+def film(**options):
+    render_episode("film.mp4", **{"spec": EpisodeSpec(TINY, caregiver="paper"), "quiet": True} | options)
+
+
+def pictured(**options):
+    film(picture=Picture(**options))
+
+
 def wish(wishes):
     design(Request(0, **wishes))
 
@@ -171,6 +180,8 @@ def step_vector(actions=(0, 0, 0), seed=0):
 ONE = [RandomStream.draw_group(np.random.RandomState(0), 1, timesteps=2)]
 PAPER = FloorPlan.load("paper")
 GATES = FloorPlan.parse("#######\n#B...G#\n#.....#\n#######", "gates")
+CLOSET, HALL = FloorPlan.parse("####\n#.B#\n####"), FloorPlan.parse("#####\n#..B#\n#####")
+VECTOR = "caregiver_mj/Supervise-Targets-v0"
 CHEAP = FloorPlan.load("paper", damage="1:1:1")
 OTHER_DAMAGE = FloorPlan.parse(TEXT, "tiny", damage="1:9:1")
 UNFIT = (".4:none", ".4:driver", ".4:person", ".4:chat:model", ".4:http://a", ".4:attentive:.5")
@@ -263,6 +274,12 @@ WRONG = [
     (make, "observation", "no observation 'camera': there are numbers, flat, map, graph", "camera"),
     (drawn, "", r"shape must be .*at least \(5, 6\) for house 'tiny'", (4, 9)),
     (drawn, "", "shape must be .*(rows and columns|at most 1,000 of a kind)", (9,), (9, 1001)),
+    (film, "still", "must be called FILE.png", "still.jpg"),
+    (film, "seconds", "seconds must be a positive", float("nan")),
+    (film, "overlay", "must predict|no overlay 'rain': there is danger", "danger", "rain"),
+    (pictured, "width", "width must be an even number", 321),
+    (pictured, "fps", "fps must be in", 0.0),
+    (pictured, "camera", "no camera 'nowhere': there are eye, follow, ", "nowhere"),
     (step_vector, "seed", "seed must be an integer, or one for each of 3|seeds must be 3, one for each", 3.5, [1, 2]),
 ]
 # Calls in which what is wrong is more than one argument, or the moment.
@@ -271,6 +288,12 @@ ODD = [
     (lambda: load("block_stairs", cell_size(PAPER, 0.5)), r"cells of at least 0\.54 m, as wide as the robot, got"),
     (lambda: load("relocate_candle", GATES), r"relocate_candle needs a candle \(C\), .* 'gates' has none"),
     (lambda: load("relocate_candle", task_kwargs={"robot": False}), "relocate_candle needs the robot"),
+    (lambda: load(house=CLOSET, epsilon=0.5), "must have at least 2 free cells, for children and robot, got 1"),
+    (lambda: load(house=HALL, epsilon="1,1"), "must have at least 3 free cells, for children and robot, got 2"),
+    (lambda: policy_of("nearest", control_timestep=0.08), r"control_timestep must be at most 0.06 s .*, got 0\.08"),
+    (lambda: load().physics.render(48, 64), "visuals=True"),
+    (lambda: load().physics.copy().render(48, 64), "visuals=True"),
+    (lambda: film(spec=EpisodeSpec(TINY, caregiver="none"), overlay="danger"), "must predict"),
     (lambda: PaperCaregiver(TINY, expert_timesteps=-1), "timesteps of experts must be at least 0, got -1"),
     (lambda: policy("random", -1), "seed of a caregiver must be an integer of at least 0"),
     (lambda: caregiver_mj.CaregiverPolicy(None), "got NoneType"),
@@ -313,6 +336,10 @@ ODD = [
     (lambda: evaluate(Settings(TINY, "grid", episodes=1), "DIR"), "folder must be a RunFolder or None, got"),
     (lambda: make(world="grid", camera="wrist"), "must be left out in the grid"),
     (lambda: make(render_mode="rgb_array", width=8), "the width of a picture, .* must be .* from 32 to 1920"),
+    (lambda: gymnasium.make_vec(VECTOR, 2, world="house"), "vectorization_mode='sync'"),
+    (lambda: gymnasium.make_vec(VECTOR, 2, world="moon"), "no world 'moon'"),
+    (lambda: gymnasium.make_vec(VECTOR, 2, task_kwargs={"sight": "walls"}), "task_kwargs and camera must be left out"),
+    (lambda: make(task_kwargs={"sight": "walls"}), "task_kwargs and camera must be left out"),
     (lambda: act(make(), 99), "an action must be an integer from 0 to 2"),
     (lambda: act(make("BlockStairs"), "a"), "an action must be an array of numbers"),
     (lambda: act(make(), [1, 2]), "an action must be one integer, got"),
@@ -341,6 +368,7 @@ def test_refused_in_a_line(call, words, tmp_path, monkeypatch):
     with pytest.raises(CaregiverError, match=words) as error:
         call()
     assert "\n" not in str(error.value)
+    assert not [*tmp_path.iterdir()]
 
 
 @pytest.mark.parametrize("make", [lambda: GridTargetsVector(2, house=TINY), lambda: GridHousesVector([TINY], 2)])

@@ -45,6 +45,12 @@ def test_every_study_with_a_page_is_in_the_manifest():
     assert {name for name in templates if f"study.py {name} " not in commands} == set()
 
 
+def test_an_entry_may_have_no_page_yet(tmp_path):
+    one = entry(pages=("new.md",))
+    assert not one.is_current(tmp_path)
+    assert mark_all(tmp_path, {"some": one}) == []
+
+
 def test_pages_with_equal_rows_in_quick_runs_stay_current(tmp_path):
     docs, older, newer = (tmp_path / name for name in ("docs", "older", "newer"))
     one, other = entry(), entry("other")

@@ -1,6 +1,5 @@
 """Environments whose actions are targets, in the grid and in the house."""
 
-import functools
 import subprocess
 import sys
 
@@ -156,16 +155,9 @@ def test_the_grid_draws_without_mujoco():
     assert (done.stdout.strip(), done.stderr) == ("(480, 640, 3)", "")
 
 
-def test_an_unknown_option_is_a_type_error_and_the_house_has_no_batch():
+def test_an_unknown_option_is_a_type_error():
     with pytest.raises(TypeError, match="colour"):
         make(colour="red")
-    with pytest.raises(CaregiverError, match="vectorization_mode='sync'"):
-        gymnasium.make_vec(TARGETS, 2, world="house")
-    with pytest.raises(CaregiverError, match="no world 'moon'"):
-        gymnasium.make_vec(TARGETS, 2, world="moon")
-    for make_some in (make, functools.partial(gymnasium.make_vec, TARGETS, 2)):
-        with pytest.raises(CaregiverError, match="task_kwargs and camera must be left out"):
-            make_some(task_kwargs={"sight": "walls"})
 
 
 def test_houses_with_as_many_slots_look_alike():

@@ -74,7 +74,8 @@ def test_contract(settings, result, tmp_path):
     assert episodes.timesteps_to_threshold.between(1, 200).all()
     assert (episodes.interventions_done <= episodes.interventions).all()
     alone = episodes[episodes.caregiver == "none"]
-    assert (alone[["moves_blocked", "interventions", "interventions_done", "strikes"]] == 0).all(axis=None)
+    nothing = ["moves_blocked", "moves_entered", "moves_held_up", "interventions", "interventions_done", "strikes"]
+    assert (alone[nothing] == 0).all(axis=None)
     # 200 timesteps of 0.75 m at 1.6 km/h are 337.5 s
     assert episodes.sim_seconds.to_numpy() == pytest.approx(337.5, abs=2.0)
 

@@ -11,7 +11,7 @@ from dm_control.rl import control
 from dm_env import test_utils
 
 import caregiver_mj
-from caregiver_mj import CaregiverError, FloorPlan
+from caregiver_mj import FloorPlan
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.grid.world import GridWorld, run_episodes
@@ -224,15 +224,6 @@ def test_what_nobody_holds_any_more_is_gone_at_once(task, caregiver):
         assert [one() for one in held] == [None] * len(held)
     finally:
         gc.enable()
-
-
-@pytest.mark.parametrize(("rows", "children"), [("#.B#", 1), ("#..B#", 2)])
-def test_a_house_in_which_the_robot_would_stand_in_a_child_is_refused(rows, children):
-    wall, few = "#" * len(rows), f"at least {children + 1} free cells, for children and robot, got {children}"
-    plan = FloorPlan.parse(f"{wall}\n{rows}\n{wall}", "tiny")
-    with pytest.raises(CaregiverError, match=f"house 'tiny' must have {few}"):
-        caregiver_mj.load("supervise", plan, [0.5] * children, 0)
-    caregiver_mj.load("supervise", plan, [0.5] * children, 0, {"robot": False})
 
 
 @pytest.mark.parametrize(("rows", "children"), [("#S.B#", 2), ("#..B#", 1)])

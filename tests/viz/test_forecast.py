@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 from test_hud import PLAN, changed
 
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.tasks import load
 from caregiver_mj.viz import colours, hud
 from caregiver_mj.viz.cameras import TileLayer
 from caregiver_mj.viz.episode import Episode
-from caregiver_mj.viz.film import Picture, Studio, render_episode
+from caregiver_mj.viz.film import Picture, Studio
 from caregiver_mj.viz.moment import LEAST, Forecast, Tile
 
 FREE = len(PLAN.free_cells)
@@ -79,13 +78,3 @@ def test_a_film_shows_what_the_caregiver_believes(house):
     assert found.goal.shape == (1, len(episode.env.task.plan.bins))
     assert 0.5 < found.goal.sum() < 1.0  # what is left wants no toy
     assert 0.05 <= found.epsilon[0] <= 1.0
-
-
-@pytest.mark.parametrize("caregiver", ["paper", "none"])
-def test_who_believes_nothing_shows_nothing(house, tmp_path, caregiver):
-    spec = EpisodeSpec(house, caregiver=caregiver)
-    with pytest.raises(CaregiverError, match="must predict"):
-        render_episode(tmp_path / "film.mp4", spec, overlay="danger", quiet=True)
-    with pytest.raises(CaregiverError, match="no overlay 'rain': there is danger"):
-        render_episode(tmp_path / "film.mp4", spec, overlay="rain", quiet=True)
-    assert not list(tmp_path.iterdir())

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from robot_plans import centre
 from scripted_child import STAY, Scripted
-from views import ROBOT, TIMESTEP, at_rest, child
+from views import ROBOT, TIMESTEP, at_rest, child, view
 
 from caregiver_mj import FloorPlan, load
 from caregiver_mj.house.scene import build_house
@@ -56,15 +56,10 @@ class Stage:
     def look(self) -> View:
         physics = self.physics
         poses, (x, y, _) = physics.candle_poses(), np.ravel(physics.toddler_position()).tolist()
-        return View(
-            self.now,
-            tuple(physics.base_position().tolist()),
-            float(physics.finger_position().sum()),
-            physics.arm_position(),
-            (child(x, y), *self.others),
-            poses[:, :3],
-            poses[:, 3:],
-        )
+        how = {"base": tuple(physics.base_position().tolist()), "fingers": float(physics.finger_position().sum())}
+        seen = view(child(x, y), *self.others, now=self.now, candles=poses, **how)
+        seen.arm = physics.arm_position()
+        return seen
 
     def step(self, skill: Skill) -> Status:
         seen = self.look()
