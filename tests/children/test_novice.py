@@ -28,24 +28,6 @@ def sight(cell, goal):
     return ChildPercept(cell, goal, np.full(cell.shape, NOTHING), np.zeros(cell.shape, bool))
 
 
-def test_draws_make_random_and_shortest_moves_by_hand():
-    novice = Novice(SQUARE, 0.3)
-    cell, goal = np.zeros(4, int), np.zeros(4, int)
-    which = [0.1, 0.3, 0.6, 0.9]
-    actions = novice.act(sight(cell, goal), draws(*[(0.29, w) for w in which]))
-    assert actions.tolist() == [NORTH, EAST, SOUTH, WEST]
-    # A draw of epsilon or more makes a shortest move.
-    # To bin (1, 3) from (1, 1): east, east. To (3, 1): south, south. Bins in reading order.
-    novice = Novice(SQUARE, 0.3)
-    cell, goal = np.array([0, 0, 0]), np.array([0, 1, 0])
-    assert novice.act(sight(cell, goal), draws((0.3, 0.1), (0.9, 0.1), (0.3, 0.999))).tolist() == [EAST, SOUTH, EAST]
-    # Equally short moves are drawn equally often.
-    novice = Novice(SQUARE, 0.0)
-    cell, goal = np.zeros(4, int), np.full(4, 2)  # from (1, 1) to (3, 3): east or south
-    moves = novice.act(sight(cell, goal), draws((0, 0.0), (0, 0.49), (0, 0.5), (0, 0.99)))
-    assert moves.tolist() == [EAST, EAST, SOUTH, SOUTH]
-
-
 @settings(max_examples=25, deadline=None)
 @given(plan_texts(), st.integers(0, 2**31 - 1))
 def test_without_chance_it_needs_the_bump_distance_to_its_bin(text, seed):

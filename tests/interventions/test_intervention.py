@@ -1,6 +1,5 @@
 """Interventions in batches, and the verbs by name."""
 
-import numpy as np
 import pytest
 
 from caregiver_mj import FloorPlan
@@ -8,7 +7,6 @@ from caregiver_mj.interventions.verb import (
     BLOCK,
     PICK_UP,
     RELOCATE,
-    STAND_ASIDE,
     VERBS,
     Intervention,
     Interventions,
@@ -16,19 +14,6 @@ from caregiver_mj.interventions.verb import (
 )
 
 PLAN = FloorPlan.parse("########\n#S..o.B#\n##T#CT##\n########")
-SINGLE = [Intervention(BLOCK, 0), Intervention(RELOCATE, 1, 2), Intervention()]
-
-
-def test_a_batch_holds_what_it_was_made_of():
-    batch = Interventions.of(SINGLE)
-    assert len(batch) == 3
-    assert list(batch) == SINGLE
-    assert list(Interventions.idle(2)) == [Intervention(STAND_ASIDE)] * 2
-
-
-def test_a_mask_chooses_between_two_batches():
-    chosen = Interventions.of(SINGLE).where(np.array([True, False, True]), Interventions.idle(3))
-    assert list(chosen) == [SINGLE[0], Intervention(), SINGLE[2]]
 
 
 def test_another_destination_is_no_other_intervention():

@@ -108,12 +108,6 @@ def test_one_wish_does_not_change_what_else_is_drawn(request, field):
     assert (other_size, free | {field: wished[field]}) == (size, wished)
 
 
-def test_names_by_hand():
-    assert Request(17).name == "house-17"
-    assert Request(17, (14, 12), rooms=3, candles=0).name == "house-17-14x12-rooms3-candles0"
-    assert Request.from_name("house-2-bins4") == Request(2, bins=4)
-
-
 @pytest.mark.parametrize(
     "name", ["house", "house-", "house-x", "house--1", "house-1-14", "house-1-bins", "house-1-bins2-rooms2", "house-1 "]
 )
