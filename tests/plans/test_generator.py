@@ -15,7 +15,6 @@ from caregiver_mj.errors import FloorPlanError
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.generator import REACH, SEEDS, Request, design, generate, is_drivable
 from caregiver_mj.plans.routes import yielding
-from caregiver_mj.plans.sets import house_set
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.navigation import Navigator
 
@@ -175,11 +174,6 @@ def test_a_house_whose_only_way_is_over_a_landing_is_not_drivable():
 def test_the_robot_gets_everywhere_in_a_drivable_house(plan):
     assume(is_drivable(plan))
     check_with_navigator(plan)
-
-
-def test_the_robot_gets_everywhere_in_the_houses_of_a_set():
-    for plan in house_set("test-20"):
-        check_with_navigator(plan)
 
 
 def check_with_navigator(plan):
