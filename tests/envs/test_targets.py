@@ -10,9 +10,8 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from small import PLAN, TARGETS, same
 
-from caregiver_mj import CaregiverError, CaregiverPolicy, FloorPlan, load
+from caregiver_mj import CaregiverError, CaregiverPolicy, load
 from caregiver_mj.caregivers.caregiver import Caregiver
-from caregiver_mj.grid.world import run_episodes
 from caregiver_mj.plans.hazards import NOTHING
 
 STAIRWELL, CANDLE = 1, 2  # actions in that house
@@ -64,15 +63,6 @@ def test_gymnasium_finds_no_fault(world, options, recwarn):
     mode = "rgb_array" if world == "grid" else None
     check_env(make(world, render_mode=mode, **options).unwrapped, skip_render_check=mode is None)
     assert [str(warning.message) for warning in recwarn if "WARN" in str(warning.message)] == []
-
-
-@pytest.mark.parametrize("action", [0, STAIRWELL])
-@pytest.mark.parametrize("house", [PLAN, FloorPlan.load("paper")])
-def test_an_episode_is_that_of_a_caregiver_that_decides_the_same(house, action):
-    *_, (*_, info) = run(make(house=house, epsilon=1), 6, lambda *_: action)
-    hazard = action - 1  # the first one, or NOTHING
-    assert info["outcome"] == run_episodes(house, 1.0, Only(house, hazard), [6]).outcome()
-    assert info["outcome"]["interventions_done"] == action
 
 
 def test_a_candle_is_relocated_and_with_it_in_the_hand_nothing_else_counts():

@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 
 from caregiver_mj import cli
-from caregiver_mj.caregivers.answers import replayed, unpacked
-from caregiver_mj.experiments.spec import EpisodeSpec, episode_random, episode_seed
+from caregiver_mj.caregivers.answers import unpacked
+from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.experiments.submission import read_submission
 from caregiver_mj.viz.viewers import Session
 
@@ -83,13 +83,6 @@ def test_keys_drive_the_base(house, robot):
         jerks = np.linalg.norm(np.diff(told, axis=0), axis=1) / env.control_timestep()
         assert jerks.max() < 1.001 * bounds.jerk
     assert (actions[:, 3:] == actions[0, 3:]).all()
-    # The same again, bit for bit.
-    again = played(house, caregiver="driver", embodiment=robot).episode.env
-    again.task.reseed(episode_random(episode_seed(4, 0)))
-    policy, timestep = replayed(env.task.plan, session.episode.answers()), again.reset()
-    while again.physics.time() < env.physics.time():
-        timestep = again.step(policy(timestep))
-    assert (again.physics.data.qpos == env.physics.data.qpos).all()
 
 
 @pytest.mark.slow
