@@ -9,7 +9,7 @@ from random_plans import plan_texts
 
 from caregiver_mj import FloorPlan
 from caregiver_mj.children.behaviour import ChildPercept
-from caregiver_mj.children.novice import Expert, Novice, expert_trajectories
+from caregiver_mj.children.novice import Novice, expert_trajectories
 from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.hazards import NOTHING
 
@@ -44,15 +44,6 @@ def test_without_chance_it_needs_the_bump_distance_to_its_bin(text, seed):
         arrival[reached & (arrival == 0)] = timestep
         cell = next_cell[cell, action]
     assert arrival.tolist() == plan.graph.bump_distances(plan.bins)[start, goal].tolist()
-
-
-def test_bins_are_uniform_and_an_expert_makes_no_random_move():
-    grid = (np.arange(600) + 0.5) / 600
-    assert np.bincount(Novice(SQUARE, 0.5).next_bin(grid)).tolist() == [200] * 3
-    random = np.random.default_rng(0)
-    expert = Expert(SQUARE, 1.0)
-    assert expert.epsilon == 0.0
-    assert set(expert.act(sight(np.zeros(100, int), np.zeros(100, int)), random.random((100, 3)))) == {EAST}
 
 
 def test_the_probabilities_of_its_moves_by_hand():
