@@ -34,6 +34,7 @@ def test_what_the_caregiver_denies_and_for_how_long():
     outcome = one.outcome()
     names = ("moves_blocked", "moves_blocked_stairwell", "moves_blocked_free", "longest_blocked")
     assert [outcome[name] for name in names] == [6, 1, 5, 3]
+    assert outcome["timesteps_to_threshold"] == 10  # it is not reached: the length of an episode
 
 
 def test_children_count_together_and_each():
