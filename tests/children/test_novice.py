@@ -9,7 +9,7 @@ from random_plans import plan_texts
 
 from caregiver_mj import FloorPlan
 from caregiver_mj.children.behaviour import ChildPercept
-from caregiver_mj.children.novice import Novice, expert_trajectories
+from caregiver_mj.children.novice import Expert, Novice, expert_trajectories
 from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.hazards import NOTHING
 
@@ -52,6 +52,8 @@ def test_the_probabilities_of_its_moves_by_hand():
     wanted = [[0.1, 0.7, 0.1, 0.1], [0.1, 0.1, 0.7, 0.1], [0.1, 0.4, 0.4, 0.1]]
     np.testing.assert_allclose(probability[0], wanted, atol=1e-12)
     np.testing.assert_allclose(probability.sum(axis=-1), 1.0)
+    expert, careful = (kind(SQUARE, epsilon).action_probabilities() for kind, epsilon in ((Expert, 1.0), (Novice, 0.0)))
+    np.testing.assert_array_equal(expert, careful)
 
 
 @settings(max_examples=15, deadline=None)
