@@ -54,12 +54,6 @@ def walk(child, start, goal, draw, caregiver=NOTHING, timesteps=100):
 WALLED = FloorPlan.parse("#######\n#..#.B#\n#..#..#\n#.....#\n#######")
 
 
-def test_the_explorer_bumps_its_way_round_what_it_does_not_know():
-    cells, bumps = walk(Explorer(WALLED, 0.0), (1, 1), 0, LAST)
-    assert bumps == [(1, 3), (2, 3)]
-    assert cells == [(1, 1), (1, 2), (1, 2), (2, 2), (2, 2), (3, 2), (3, 3), (3, 4), (3, 5), (2, 5)]
-
-
 def test_the_explorer_remembers_to_the_end_of_the_episode_and_no_longer():
     explorer = Explorer(WALLED, 0.0)
     here = WALLED.cell_index[(1, 2)]
@@ -103,12 +97,6 @@ def test_the_avoider_goes_round_the_caregiver_where_it_can(draw):
         assert avoider.act(sight, draws((0, draw, 0))).tolist() == [action]
     free = see(here, 0, NOTHING)
     assert avoider.act(free, draws((0, draw, 0))).tolist() == [NORTH if draw < 0.5 else SOUTH]
-
-
-def test_the_avoider_runs_into_a_caregiver_in_the_only_way():
-    avoider = Avoider(PILLAR, 0.0)
-    sight = see(PILLAR.cell_index[(3, 1)], 1, PILLAR.cell_index[(4, 1)])
-    assert avoider.act(sight, draws((0, 0.5, 0))).tolist() == [SOUTH]
 
 
 def open_ways(plan, closed):
@@ -210,20 +198,6 @@ def way(child, caregiver, plan=WINDING):
     cell = np.array([plan.cell_index[child]])
     sight = ChildPercept(cell, np.zeros(1, int), np.array([goal]), np.zeros(1, bool))
     return int(Adversary(plan, 0.5).act(sight, np.zeros((1, 3)))[0])
-
-
-@pytest.mark.parametrize(
-    ("child", "caregiver", "move"),
-    [
-        ((1, 2), (1, 4), WEST),  # round the wall: west, south, south, ...
-        ((1, 1), (1, 4), SOUTH),
-        ((3, 1), (1, 4), EAST),
-        ((3, 4), (1, 4), NORTH),
-        ((1, 5), (1, 4), WEST),
-    ],
-)
-def test_it_takes_a_shortest_way(child, caregiver, move):
-    assert way(child, caregiver) == move
 
 
 def test_it_goes_into_a_landing_only_if_the_caregiver_is_there():

@@ -34,15 +34,6 @@ def test_who_is_kept_in_a_folder_has_a_name(tmp_path):
     assert len(evaluate(settings).episodes) == 2
 
 
-def test_blocks_are_all_of_the_work_once():
-    blocks = SEVERAL.blocks(grid_block=3)
-    assert [(len(block), block.first, block.end) for block in blocks[:3]] == [(3, 0, 3), (3, 3, 6), (1, 6, 7)]
-    work = [(block.caregiver, family, i) for block in blocks for family in block.families for i in block.numbers]
-    assert len(work) == len(set(work)) == 2 * 2 * 7
-    assert len({str(block) for block in blocks}) == len(blocks)  # which are names of files
-    assert not any("/" in str(block) for block in blocks)
-
-
 def test_in_the_grid_as_many_children_each_go_side_by_side():
     settings = dataclasses.replace(SEVERAL, families=(1.0, "1,.25", 0.5, 0.25, ".5,.5"), caregivers=("none",))
     blocks = settings.blocks(grid_block=12)
