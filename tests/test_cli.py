@@ -13,6 +13,8 @@ from caregiver_mj import FloorPlan, cli
 from caregiver_mj.viz.report import read_run
 
 GRID = ["evaluate", "--world", "grid"]
+RECORD = ["record", "--out", "set", "--format"]
+CLUSTER = [*GRID, "--out", "run", "--executor", "dask"]
 PLAN = """\
 #####
 #B.S#
@@ -59,21 +61,35 @@ def fails(capsys, argv):
         (["record", "--format", "minari", "--out", "sets", "--max-tokens", "5"], ["--max-tokens requires"]),
         (["compare", "a"], ["required: SECOND"]),
         (["house", "show", "two\nlines"], ["two lines"]),
-        (["house", "check", "test-100/100"], ["test-100/0 to test-100/99"]),
+        (["paper", "--episodes", "0"], ["at least 1, got 0"]),
         (["house", "make", "--size", "10"], ["--size", "14x12", "'10'"]),
         (["house", "make", "--size", "8x8", "--rooms", "12"], ["house-0-8x8-rooms12", "rooms 12", "8 x 8"]),
+        ([*RECORD, "lerobot", "--task", "targets", "--world", "grid"], ["--format must be minari with --task targets"]),
+        ([*RECORD, "minari", "--name", "x/y-v0"], ["(two or more in a group), got 'x/y-v0'"]),
+        ([*RECORD, "lerobot", "--name", "a-v0"], ["--name must be left out with --format lerobot"]),
+        ([*RECORD, "lerobot", "--camera", "hall"], ["no camera 'hall'"]),
+        ([*RECORD, "lerobot", "--size", "33x40"], ["must be even"]),
+        ([*RECORD, "lerobot", "--episodes", "99999999999999"], ["episodes must be an integer from 1 to 1000000"]),
+        ([*RECORD, "minari", "--world", "grid", "--task", "targets", "--embodiment", "butler"], ["no robot 'butler'"]),
+        ([*RECORD, "minari", "--out", ""], ["--out must be a folder, got an empty name"]),
+        ([*RECORD, "lerobot", "--caregiver", "person"], ["requires --answers DIR"]),
+        (["view", "--caregiver", "person", "--sight", "walls"], ["sight must be all with a person"]),
+        (["view", "--caregiver", "person", "--out", "run", "--episode", "2"], ["--out requires --caregiver person"]),
+        (["view", "--out", "run"], ["--out requires --caregiver person or driver"]),
+        ([*GRID, "--caregiver", "none", "person", "--out", "run"], ["acts by itself: a person plays"]),
+        (["render", "--caregiver", "person", "--out", "film.mp4"], ["acts by itself: a person plays"]),
+        ([*GRID, "--out", "run", "--scheduler", "tcp://127.0.0.1:9"], ["--scheduler requires --executor dask"]),
+        (CLUSTER, ["--executor dask requires --scheduler ADDRESS"]),
+        ([*CLUSTER, "--scheduler", "tcp://127.0.0.1:9", "--jobs", "2"], ["--jobs must be left out with --executor"]),
+        ([*CLUSTER, "--scheduler", "no-scheme://x:1"], ["no scheduler at 'no-scheme://x:1': "]),
     ],
 )
-def test_bad_arguments(capsys, argv, words):
+def test_bad_arguments_are_refused_and_leave_nothing(capsys, tmp_path, monkeypatch, argv, words):
+    monkeypatch.chdir(tmp_path)
     message = fails(capsys, argv)
+    assert not [*tmp_path.iterdir()]
     for word in words:
         assert word in message
-
-
-def test_bad_floor_plan(capsys, tmp_path):
-    (tmp_path / "bad.txt").write_text(PLAN.replace("C", "X"))
-    message = fails(capsys, ["house", "check", tmp_path / "bad.txt"])
-    assert all(word in message for word in ("bad", "line 4, column 2", "'X'"))
 
 
 @pytest.mark.parametrize("side", [3_000, 200])
@@ -181,3 +197,28 @@ def test_houses_whose_names_have_spaces(capsys, tmp_path):
     again = shlex.split(read_run(tmp_path / "a run").command())
     assert again[again.index("--houses") + 1 :][:2] == [str(file) for file in files]
     assert cli.main([*again[1:], "--out", str(tmp_path / "a run"), "--resume"]) == 0
+
+
+def test_the_papers_tables_beside_ours(capsys):
+    which = ["--episodes", "4", "--seed", "3", "--json"]
+    assert cli.main(["paper", *which]) == 0
+    out, err = capsys.readouterr()
+    tables = json.loads(out, parse_constant=pytest.fail)  # NaN is no JSON
+    assert cli.main(["evaluate", "--world", "grid", "--house", "paper", *which]) == 0
+    summary = json.loads(capsys.readouterr().out)
+    damage, timesteps = ({(r["epsilon"], r["quantity"]): r for r in rows} for rows in tables.values())
+    assert (len(damage), len(timesteps)) == (15, 10)  # five novices; without, with, and what is left
+    rows = {(row["family"], {"none": "without"}.get(row["caregiver"], "with")): row for row in summary["rows"]}
+    for found, column in ((damage, "damage_normalised"), (timesteps, "timesteps_to_threshold")):
+        for key, row in rows.items():
+            assert found[key]["here"] == row[f"{column}_mean"]
+            assert [found[key]["low"], found[key]["high"]] == [row[f"{column}_ci_low"], row[f"{column}_ci_high"]]
+    assert damage["0.5", "with"]["paper"] == 0.1106  # as printed in its Table I
+    assert damage["0.5", "left"]["paper"] == pytest.approx(0.3886, abs=1e-4)  # 0.1106 / 0.2846
+    assert timesteps["0.75", "without"]["paper"] == 41.05  # Table II
+    for row in (*damage.values(), *timesteps.values()):
+        assert row["deviation"] == pytest.approx(row["here"] - row["paper"])
+    assert damage["1", "left"]["here"] == pytest.approx(damage["1", "with"]["here"] / damage["1", "without"]["here"])
+    printed = [line.split() for line in err.splitlines()]  # the tables beside it
+    assert [line[-2] for line in printed if line[:2] == ["0.5", "with"]] == ["0.111", "171.5"]
+    assert "It is the one of many plans that came closest" in err

@@ -56,6 +56,8 @@ def test_it_is_the_wheel(python, tmp_path):
     code = "import caregiver_mj, caregiver_mj.tasks, caregiver_mj.models as m; print(caregiver_mj.__file__, m.__file__)"
     for file in done([python, "-c", code]).split():
         assert pathlib.Path(file).is_relative_to(python.parents[1])
+    code = "import importlib.util as u; print([u.find_spec(n) for n in ('tasks', 'models', 'tests', 'scripts')])"
+    assert done([python, "-I", "-c", code]) == f"{[None] * 4}\n"
 
 
 def test_import_brings_nothing_that_takes_long(python):

@@ -73,10 +73,6 @@ def empty(caregiver):
     return edit
 
 
-def forged(parts):
-    parts[NONE]["answers"] = parts[NEAREST]["answers"]
-
-
 def bomb(shape, dtype="|u1", size=0):
     def edit(parts):
         header, content = io.BytesIO(), io.BytesIO()
@@ -88,40 +84,13 @@ def bomb(shape, dtype="|u1", size=0):
     return edit
 
 
-def more_maps(parts):
-    parts[NEAREST]["maps"]["0.5"] = parts[NEAREST]["maps"]["1"]
-
-
-def called(**keys):
-    def edit(parts):
-        parts["run.json"] |= keys
-
-    return edit
-
-
-def named_villa(parts):
-    parts["run.json"]["plans"][0]["name"] = "villa"
-
-
-def damage_of_nobody(parts):
-    parts[NEAREST]["rows"][0]["damage_by_child"].append(1.0)
-
-
-def _record(folder, **values):
-    _change_json(folder / "run.json", **values)
-
-
-def _summary(folder, **values):
-    _change_json(folder / "summary.json", **values)
-
-
-def _change_json(file, **values):
+def _change(file, **values):
     file.write_text(json.dumps(json.loads(file.read_text()) | values))
 
 
 def _harm(folder, **values):
     (row,) = json.loads((folder / "summary.json").read_text())["harm"]
-    _summary(folder, harm=[row | values])
+    _change(folder / "summary.json", harm=[row | values])
 
 
 def _table(folder, file, **columns):
@@ -143,20 +112,36 @@ def _twice(folder):
     file.write_text(file.read_text().replace('"seed"', '"seed": 1, "seed"'))
 
 
+def called(name):
+    return lambda parts: parts["run.json"].update(houses=name)
+
+
 FILES = {
-    "a plan named villa": (named_villa, "house 'villa' must be the package's, got another plan"),
-    "a set of another plan": (called(houses="test-1"), "houses 'test-1' must be the package's, got other plans"),
-    "a set of more": (called(houses="test-10"), "houses 'test-10' must be the package's, got other plans"),
-    "damage of a child that there is not": (damage_of_nobody, "must have rows, maps and answers of"),
+    "a plan named villa": (
+        lambda parts: parts["run.json"]["plans"][0].update(name="villa"),
+        "house 'villa' must be the package's, got another plan",
+    ),
+    "a set of another plan": (called("test-1"), "houses 'test-1' must be the package's, got other plans"),
+    "a set of more": (called("test-10"), "houses 'test-10' must be the package's, got other plans"),
+    "damage of a child that there is not": (
+        lambda parts: parts[NEAREST]["rows"][0]["damage_by_child"].append(1.0),
+        "must have rows, maps and answers of",
+    ),
     "a child is code": (with_family("antigravity:x:1"), "its child must be one of novice"),
     "empty answers of a module": (empty("antigravity:x"), "the answers of 'antigravity:x' must be the text"),
     "empty answers of a server": (empty("http://127.0.0.1:9/steal"), "must be the text of its arrays, got ''"),
     "empty answers of a model": (empty("chat:X"), "must be the text of its arrays, got ''"),
-    "answers of nobody": (forged, "the answers of 'none' must be none"),
+    "answers of nobody": (
+        lambda parts: parts[NONE].update(answers=parts[NEAREST]["answers"]),
+        "the answers of 'none' must be none",
+    ),
     "an array of 100 MB": (bomb((10**8,), size=10**8), "must come to at most 64,000,000 bytes"),
     "rows of nothing": (bomb((10**8, 0)), "at most 10,000,000 numbers"),
-    "houses that are a number": (called(houses=5), "houses must be a str, got 5"),
-    "a map more": (more_maps, "must have rows, maps and answers of"),
+    "houses that are a number": (called(5), "houses must be a str, got 5"),
+    "a map more": (
+        lambda parts: parts[NEAREST]["maps"].update({"0.5": parts[NEAREST]["maps"]["1"]}),
+        "must have rows, maps and answers of",
+    ),
 }
 
 
@@ -180,7 +165,7 @@ def test_a_robot_is_not_imported_either(given, tmp_path, capsys):
     from caregiver_mj.experiments.settings import Settings
 
     parts = parts_of(given / "a.submission")
-    called(world="house", embodiment="antigravity:x", source=source_digest("house"))(parts)
+    parts["run.json"].update(world="house", embodiment="antigravity:x", source=source_digest("house"))
     with pytest.raises(cli.CaregiverError, match="its robot must be one of mobile_fr3, mobile_ur5e"):
         Settings.of_record(parts["run.json"]).check_installed()
 
@@ -188,7 +173,7 @@ def test_a_robot_is_not_imported_either(given, tmp_path, capsys):
 def test_the_robot_of_a_run_in_the_grid_is_not_imported_for_a_film(given, tmp_path, capsys):
     """The film of a report is of the house, whatever world the run is of."""
     folder = shutil.copytree(given / "run", tmp_path / "run")
-    _record(folder, embodiment="antigravity:x")
+    _change(folder / "run.json", embodiment="antigravity:x")
     assert run("report", folder, "--render") == 2
     assert "its robot must be one of mobile_fr3, mobile_ur5e" in capsys.readouterr().err
     assert "antigravity" not in sys.modules
@@ -196,7 +181,7 @@ def test_the_robot_of_a_run_in_the_grid_is_not_imported_for_a_film(given, tmp_pa
 
 def test_names_of_a_run_folder_are_only_shown(given, tmp_path, capsys):
     folder = shutil.copytree(given / "run", tmp_path / "run")
-    _record(folder, families=["antigravity:x:1"])
+    _change(folder / "run.json", families=["antigravity:x:1"])
     for argv in (
         ["report", folder],
         ["compare", folder, folder],
@@ -220,7 +205,7 @@ def test_workers_import_nothing_from_the_working_folder(given, tmp_path, monkeyp
 @pytest.mark.parametrize("command", [["render", "--out", "a.mp4"], ["record", "--format", "minari", "--out", "set"]])
 def test_the_answers_of_a_run_take_no_plug_in_from_the_working_folder(given, tmp_path, monkeypatch, capsys, command):
     folder = shutil.copytree(given / "run", tmp_path / "run")
-    _record(folder, families=["evil:1"])
+    _change(folder / "run.json", families=["evil:1"])
     for file in ("episodes.parquet", "maps.parquet"):
         _table(folder, file, family="evil:1")
     summary = (folder / "summary.json").read_text()
@@ -356,9 +341,9 @@ def test_a_submission_that_cannot_be_written_is_told_in_a_line(given, tmp_path, 
     [
         (lambda folder: _table(folder, "maps.parquet", family=7), "maps.parquet"),
         (lambda folder: _table(folder, "episodes.parquet", children="\x1b[31m"), "episodes.parquet"),
-        (lambda folder: _summary(folder, versions="none"), "versions must be"),
-        (lambda folder: _record(folder, versions=5), "versions in run.json must be"),
-        (lambda folder: _record(folder, code=5), "code in run.json must be"),
+        (lambda folder: _change(folder / "summary.json", versions="none"), "versions must be"),
+        (lambda folder: _change(folder / "run.json", versions=5), "versions in run.json must be"),
+        (lambda folder: _change(folder / "run.json", code=5), "code in run.json must be"),
         (lambda folder: _harm(folder, cells=None), "cells of a summary must be a number"),
         (lambda folder: _table(folder, "episodes.parquet", damage=np.inf), "column 'damage' must have"),
         (lambda folder: _table(folder, "episodes.parquet", stopped=0.5), "column 'stopped' must have whole numbers"),

@@ -1,4 +1,4 @@
-"""The wheel, and a fresh environment with it."""
+"""The wheel, built from a copy of the checkout."""
 
 import pathlib
 import shutil
@@ -19,16 +19,3 @@ def build_wheel(folder):
     subprocess.run(build, check=True, capture_output=True)
     (path,) = folder.glob("*.whl")
     return path
-
-
-def environment_with(wheel, folder):
-    """The interpreter of a fresh environment that has the wheel, and the libraries of this one."""
-    subprocess.run([sys.executable, "-m", "venv", "--without-pip", folder], check=True)
-    python = folder / "bin" / "python"
-    pip = [sys.executable, "-m", "pip", "--python", python, "install", "--quiet", "--no-deps", "--no-index", wheel]
-    subprocess.run(pip, check=True, capture_output=True)
-    # Folders added in this way do not have their own .pth files read, so the editable checkout stays out.
-    (site,) = folder.glob("lib/python*/site-packages")
-    libraries = [path for path in sys.path if path.endswith("site-packages")]
-    (site / "libraries.pth").write_text("\n".join(libraries) + "\n")
-    return python

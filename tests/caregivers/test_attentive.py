@@ -50,8 +50,3 @@ def test_in_the_house_it_ends_what_it_is_about_when_it_does_not_look():
     for _ in range(150):  # more than a move of the child, and a stop
         step = env.step(policy(step))
     assert policy.intervention.verb == STAND_ASIDE
-
-
-def test_a_share_that_leaves_less_than_a_bout_apart_is_met_by_longer_bouts():
-    looking = looks(np.random.default_rng(0).random((400, 1000)), 0.95, 6.0)
-    assert looking.mean() == pytest.approx(0.95, abs=0.005)

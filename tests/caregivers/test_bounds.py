@@ -4,12 +4,11 @@ import dataclasses
 
 import numpy as np
 import pytest
-from worlds import percept, streams
+from worlds import percept
 
 from caregiver_mj.caregivers import make_caregiver
 from caregiver_mj.caregivers.baselines import ChildproofCaregiver, WandererCaregiver, table_exposure
 from caregiver_mj.caregivers.paper import CandlesCaregiver, StairsCaregiver
-from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
@@ -112,10 +111,3 @@ def test_what_is_nearest_to_the_caregiver_is_first_wherever_the_child_is(cell, f
     caregiver = make_caregiver("nearest-first", HOME)
     table = HOME.candle_tables[0]
     assert caregiver.choose(see(child, table, cell)).tolist() == [first]
-
-
-def test_everything_that_can_be_put_right_is_when_nobody_is_about():
-    world = GridWorld(HOME, "0.05", make_caregiver("nearest-first", HOME))
-    world.run(streams(5))
-    assert (world.state[:, [0, 2]] != 0).all()
-    assert (world.candle_table != HOME.candle_tables[0]).all()

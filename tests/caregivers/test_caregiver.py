@@ -7,16 +7,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_plans import plan_texts
-from worlds import percept
+from worlds import begun, percept
 
+from caregiver_mj import FloorPlan
 from caregiver_mj.caregivers import CAREGIVERS, Caregiver, Percept, make_caregiver
 from caregiver_mj.caregivers.baselines import GuardCaregiver, NearestCaregiver, RandomCaregiver
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.learned import LearnedCaregiver
 from caregiver_mj.caregivers.paper import CandlesCaregiver, PaperCaregiver, StairsCaregiver
+from caregiver_mj.children.novice import expert_trajectories
 from caregiver_mj.children.random_stream import pick
-from caregiver_mj.interventions.verb import BLOCK, RELOCATE, STAND_ASIDE, Intervention
-from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.danger import safety
+from caregiver_mj.grid.world import GridWorld, run_episodes
+from caregiver_mj.interventions.verb import BLOCK, RELOCATE, STAND_ASIDE
 from caregiver_mj.plans.hazards import NOTHING
 from studies.ablations import Alike, Max
 
@@ -112,16 +115,6 @@ def test_a_candle_that_is_safest_where_it_stands_is_left_there():
         caregiver.reset(1)
         if not isinstance(caregiver, LearnedCaregiver):  # which nothing holds to that
             assert caregiver.choose(see(1, 2)).tolist() == [NOTHING]
-
-
-def test_the_safe_table_is_the_bare_one_farthest_on_foot():
-    caregiver = PaperCaregiver(CORRIDOR)
-    # Table 1 bears the candle. Tables 0 and 2 are 1 and 5 moves from cell 0, 5 and 1 from cell 4.
-    assert caregiver.destination(see([0, 4]), np.zeros(2, int)).tolist() == [2, 0]
-    # Nor is a table bare that bears another candle.
-    two = FloorPlan.parse("#########\n#S.....B#\n##T#C#C##\n#########")
-    candles = see([0, 4], [1, 2])
-    assert PaperCaregiver(two).destination(candles, np.zeros(2, int)).tolist() == [0, 0]
 
 
 @pytest.mark.parametrize(
@@ -263,15 +256,6 @@ def test_the_candle_goes_to_the_table_farthest_from_the_nearest_child():
     assert caregiver.destination(several(1, 4), np.zeros(1, int)).tolist() == [0]
 
 
-def test_the_answer_is_a_whole_intervention():
-    caregiver = PaperCaregiver(CORRIDOR)
-    caregiver.reset(1)
-    assert list(caregiver.decide(see(0))) == [Intervention(BLOCK, STAIRWELL)]
-    assert list(caregiver.decide(see(4))) == [Intervention(RELOCATE, CANDLE, 0)]
-    nothing = caregiver.protect(see(0), np.array([NOTHING]))
-    assert list(nothing) == [Intervention(STAND_ASIDE)]
-
-
 @pytest.mark.parametrize(("child_cell", "moves"), [(0, 3), (1, 2), (2, 1), (3, 1), (4, 1)])
 def test_a_candle_on_the_floor_is_protected_like_any_other_as_near_as_its_cell(child_cell, moves):
     """From cell 4 it is one move away, the stairwell five."""
@@ -282,3 +266,45 @@ def test_a_candle_on_the_floor_is_protected_like_any_other_as_near_as_its_cell(c
     seen = see(child_cell, NOTHING, candle_cell=[[3]])
     caregiver = make_caregiver("nearest", CORRIDOR)
     assert caregiver.hazard_distances(seen).tolist() == [[[child_cell + 1, moves]]]
+
+
+PAPER = FloorPlan.load("paper")
+
+
+def test_it_is_learned_from_experts_in_the_house_and_by_default_from_1000_timesteps_of_them():
+    experts = expert_trajectories(PAPER, random := np.random.default_rng(3), 500)
+    alpha = safety.action_counts(experts, len(PAPER.free_cells), 2.0)
+    expected = safety.action_prior_draw(alpha, random)
+    assert (PaperCaregiver(PAPER, 3, expert_timesteps=500, hyperprior=2.0).action_prior == expected).all()
+    default = PaperCaregiver(PAPER, 3, expert_timesteps=1000, hyperprior=1.0).action_prior
+    assert (PaperCaregiver(PAPER, 3).action_prior == default).all()
+
+
+def test_without_any_the_mean_tells_nothing_and_a_draw_is_noise():
+    assert (PaperCaregiver(PAPER, prior="mean", expert_timesteps=0).action_prior == 0.25).all()
+    drawn = PaperCaregiver(PAPER, expert_timesteps=0).action_prior
+    assert drawn.sum(axis=1) == pytest.approx(1.0)
+    assert drawn.std() > 0.1
+
+
+ROOM = FloorPlan.parse("##########\n#B......T#\n#........#\n#........#\n#.C.....S#\n##########", "room")
+
+
+@pytest.mark.parametrize("maker", [PaperCaregiver, NearestCaregiver])
+@pytest.mark.parametrize("child", ["seeker:0", "0", "1"])
+def test_who_follows_is_found_out_and_led_away(maker, child):
+    caregiver = maker(ROOM)
+    world = begun(GridWorld(ROOM, child, caregiver), 10)
+    for _ in range(60):
+        world.step()
+    follows = child == "seeker:0"
+    assert (caregiver.followers.there == follows).all()
+    verbs = set(caregiver.decide(world.percept()).verb)
+    assert verbs == {STAND_ASIDE} if follows else verbs <= {BLOCK, RELOCATE}
+
+
+def test_who_follows_is_not_drawn_to_where_it_is_hurt():
+    """In this house a child that follows was hurt ten times as much beside the stairs that the caregiver stood in."""
+    plan, child, seeds = FloorPlan.load("far-bins-300009"), "seeker:0.05", range(40)
+    alone, rule = (run_episodes(plan, child, c, seeds).totals()["damage"] for c in (None, PaperCaregiver(plan)))
+    assert rule.mean() < 3 * alone.mean()

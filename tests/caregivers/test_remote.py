@@ -173,17 +173,6 @@ def test_a_model_that_answers_as_the_rule_has_its_rows(server, name):
         assert "damage" in body["messages"][0]["content"]
 
 
-def test_it_acts_in_the_house_as_the_rule_does(server):
-    outcomes = []
-    for caregiver in ("expected-danger", f"{server.address}/judge"):
-        env = load("supervise", "paper", 0.5, random=4, task_kwargs={"time_limit": 40.0})
-        policy, timestep = CaregiverPolicy(env, make_caregiver(caregiver, env.task.plan)), env.reset()
-        while not timestep.last():
-            timestep = env.step(policy(timestep))
-        outcomes.append((env.task.outcome(), env.physics.data.qpos.tolist()))
-    assert outcomes[0] == outcomes[1]
-
-
 def in_the_house(caregiver, seconds=12.0, sight="all", visuals=True, **queries):
     """What comes of an episode, and what was answered in it."""
     env = load("supervise", "paper", 0.5, 4, {"time_limit": seconds}, visuals=visuals, sight=sight)
@@ -215,6 +204,7 @@ def test_frames_change_nothing_but_what_is_sent(server, tmp_path, name):
     without, _ = in_the_house(asks, visuals=False)
     assert not any("frames" in body or "image_url" in json.dumps(body) for _, body in server.asked)
     before = len(server.asked)
+    assert without == in_the_house("expected-danger", visuals=False)[0]
     with_them, answers = in_the_house(asks, frames=True, folder=str(tmp_path))
     assert with_them == without
     assert len(server.asked) == 2 * before > 8

@@ -6,12 +6,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_plans import plan_texts
 from walks import distances
+from worlds import streams
 
 from caregiver_mj.children.behaviour import ChildPercept
 from caregiver_mj.children.child_group import CHILDREN, ChildGroup
 from caregiver_mj.children.novice import Novice
 from caregiver_mj.children.random_stream import pick
-from caregiver_mj.children.variants import Adversary, Avoider, Explorer, Seeker
+from caregiver_mj.children.variants import SWITCH, Adversary, Avoider, Drifter, Explorer, Seeker, Waverer
+from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.cell_graph import ACTIONS, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
@@ -50,12 +52,6 @@ def walk(child, start, goal, draw, caregiver=NOTHING, timesteps=100):
 
 # From the upper left to the bin in the upper right one must go round the wall between them.
 WALLED = FloorPlan.parse("#######\n#..#.B#\n#..#..#\n#.....#\n#######")
-
-
-def test_the_explorer_bumps_its_way_round_what_it_does_not_know():
-    cells, bumps = walk(Explorer(WALLED, 0.0), (1, 1), 0, LAST)
-    assert bumps == [(1, 3), (2, 3)]
-    assert cells == [(1, 1), (1, 2), (1, 2), (2, 2), (2, 2), (3, 2), (3, 3), (3, 4), (3, 5), (2, 5)]
 
 
 def test_the_explorer_remembers_to_the_end_of_the_episode_and_no_longer():
@@ -101,12 +97,6 @@ def test_the_avoider_goes_round_the_caregiver_where_it_can(draw):
         assert avoider.act(sight, draws((0, draw, 0))).tolist() == [action]
     free = see(here, 0, NOTHING)
     assert avoider.act(free, draws((0, draw, 0))).tolist() == [NORTH if draw < 0.5 else SOUTH]
-
-
-def test_the_avoider_runs_into_a_caregiver_in_the_only_way():
-    avoider = Avoider(PILLAR, 0.0)
-    sight = see(PILLAR.cell_index[(3, 1)], 1, PILLAR.cell_index[(4, 1)])
-    assert avoider.act(sight, draws((0, 0.5, 0))).tolist() == [SOUTH]
 
 
 def open_ways(plan, closed):
@@ -210,20 +200,6 @@ def way(child, caregiver, plan=WINDING):
     return int(Adversary(plan, 0.5).act(sight, np.zeros((1, 3)))[0])
 
 
-@pytest.mark.parametrize(
-    ("child", "caregiver", "move"),
-    [
-        ((1, 2), (1, 4), WEST),  # round the wall: west, south, south, ...
-        ((1, 1), (1, 4), SOUTH),
-        ((3, 1), (1, 4), EAST),
-        ((3, 4), (1, 4), NORTH),
-        ((1, 5), (1, 4), WEST),
-    ],
-)
-def test_it_takes_a_shortest_way(child, caregiver, move):
-    assert way(child, caregiver) == move
-
-
 def test_it_goes_into_a_landing_only_if_the_caregiver_is_there():
     assert way((1, 5), (2, 5)) == SOUTH
     assert way((3, 5), (2, 5)) == NORTH
@@ -231,8 +207,48 @@ def test_it_goes_into_a_landing_only_if_the_caregiver_is_there():
     assert way((1, 5), (3, 5)) == WEST
 
 
-def test_the_seeker_strays_as_much_as_it_says_now():
-    middle, west = 2, 0
-    chance = draws((0.3, 0.5, 0))
-    assert Seeker(CORRIDOR, 0.0).act(see(middle, 0, west), chance).tolist() == [WEST]
-    assert Careless(CORRIDOR, 0.0).act(see(middle, 0, west), chance).tolist() == [SOUTH]
+PLAN = FloorPlan.load("paper")
+SIGHT = ChildPercept(np.zeros(2, int), np.zeros(2, int), np.full(2, NOTHING), np.zeros(2, bool))
+
+
+def course(child, timesteps, third=0.0):
+    """The epsilons before each of so many moves, (timesteps, 2)."""
+    child.reset(2)
+    found = []
+    for timestep in range(timesteps):
+        found.append(child.epsilons(2))
+        draw = third[timestep] if np.ndim(third) else third
+        child.act(SIGHT, np.array([[0.5, 0.5, draw], [0.5, 0.5, 0.0]]))
+    return np.array(found)
+
+
+@pytest.mark.parametrize(("epsilon", "low", "high"), [(0.4, 0.05, 0.75), (0.1, 0.0, 0.2), (0.9, 0.8, 1.0), (1.0, 1, 1)])
+def test_the_drifter_goes_evenly_from_one_end_to_the_other(epsilon, low, high):
+    found = course(Drifter(PLAN, epsilon), 250)
+    assert found[0] == pytest.approx(low)
+    assert found[199:] == pytest.approx(high)
+    assert np.diff(found[:200], axis=0) == pytest.approx((high - low) / 199)
+    assert found[:200].mean() == pytest.approx(epsilon)
+
+
+def test_the_waverer_walks_by_its_own_draws_and_turns_at_the_ends():
+    # The fraction of 2^20 draws: 0 is up, 0.75 is down.
+    down = 0.75 / 2**20
+    found = course(Waverer(PLAN, 0.05), 4, [down, down, 0.0, 0.0])
+    assert found[:, 0] == pytest.approx([0.05, 0.02, 0.01, 0.04])
+    assert found[:, 1] == pytest.approx([0.05, 0.08, 0.11, 0.14])
+    assert course(Waverer(PLAN, 0.98), 3)[:, 0] == pytest.approx([0.98, 0.99, 0.98])
+
+
+def test_the_switcher_wants_one_half_of_the_bins_and_then_the_other():
+    world = GridWorld(PLAN, "switcher:0.25", None)
+    goals = []
+    families = streams(20)
+    world.reset(families)
+    for _ in range(200):
+        goals.append(world.goal.copy())
+        world.step()
+    half = (len(PLAN.bins) + 1) // 2
+    before, after = np.array(goals[:SWITCH]), np.array(goals[SWITCH + 1 :])
+    assert set(np.unique(before)) == set(range(half))
+    assert set(np.unique(after)) == set(range(half, len(PLAN.bins)))

@@ -28,24 +28,6 @@ def sight(cell, goal):
     return ChildPercept(cell, goal, np.full(cell.shape, NOTHING), np.zeros(cell.shape, bool))
 
 
-def test_draws_make_random_and_shortest_moves_by_hand():
-    novice = Novice(SQUARE, 0.3)
-    cell, goal = np.zeros(4, int), np.zeros(4, int)
-    which = [0.1, 0.3, 0.6, 0.9]
-    actions = novice.act(sight(cell, goal), draws(*[(0.29, w) for w in which]))
-    assert actions.tolist() == [NORTH, EAST, SOUTH, WEST]
-    # A draw of epsilon or more makes a shortest move.
-    # To bin (1, 3) from (1, 1): east, east. To (3, 1): south, south. Bins in reading order.
-    novice = Novice(SQUARE, 0.3)
-    cell, goal = np.array([0, 0, 0]), np.array([0, 1, 0])
-    assert novice.act(sight(cell, goal), draws((0.3, 0.1), (0.9, 0.1), (0.3, 0.999))).tolist() == [EAST, SOUTH, EAST]
-    # Equally short moves are drawn equally often.
-    novice = Novice(SQUARE, 0.0)
-    cell, goal = np.zeros(4, int), np.full(4, 2)  # from (1, 1) to (3, 3): east or south
-    moves = novice.act(sight(cell, goal), draws((0, 0.0), (0, 0.49), (0, 0.5), (0, 0.99)))
-    assert moves.tolist() == [EAST, EAST, SOUTH, SOUTH]
-
-
 @settings(max_examples=25, deadline=None)
 @given(plan_texts(), st.integers(0, 2**31 - 1))
 def test_without_chance_it_needs_the_bump_distance_to_its_bin(text, seed):
@@ -64,21 +46,14 @@ def test_without_chance_it_needs_the_bump_distance_to_its_bin(text, seed):
     assert arrival.tolist() == plan.graph.bump_distances(plan.bins)[start, goal].tolist()
 
 
-def test_bins_are_uniform_and_an_expert_makes_no_random_move():
-    grid = (np.arange(600) + 0.5) / 600
-    assert np.bincount(Novice(SQUARE, 0.5).next_bin(grid)).tolist() == [200] * 3
-    random = np.random.default_rng(0)
-    expert = Expert(SQUARE, 1.0)
-    assert expert.epsilon == 0.0
-    assert set(expert.act(sight(np.zeros(100, int), np.zeros(100, int)), random.random((100, 3)))) == {EAST}
-
-
 def test_the_probabilities_of_its_moves_by_hand():
     # In the upper left: to bin (1, 3) east, to (3, 1) south, to (3, 3) either. A quarter of 0.4 for each, and 0.6.
     probability = Novice(SQUARE, 0.4).action_probabilities()
     wanted = [[0.1, 0.7, 0.1, 0.1], [0.1, 0.1, 0.7, 0.1], [0.1, 0.4, 0.4, 0.1]]
     np.testing.assert_allclose(probability[0], wanted, atol=1e-12)
     np.testing.assert_allclose(probability.sum(axis=-1), 1.0)
+    expert, careful = (kind(SQUARE, epsilon).action_probabilities() for kind, epsilon in ((Expert, 1.0), (Novice, 0.0)))
+    np.testing.assert_array_equal(expert, careful)
 
 
 @settings(max_examples=15, deadline=None)

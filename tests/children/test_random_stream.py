@@ -66,15 +66,6 @@ def starts(free, landings, *rows):
     return children[0].tolist(), int(caregiver[0])
 
 
-def test_an_only_child_starts_anywhere_and_the_caregiver_anywhere_else():
-    grid = (np.arange(60) + 0.5) / 60
-    draws = np.stack([*np.meshgrid(grid, grid), np.zeros((60, 60))], axis=-1).reshape(-1, 1, 3)
-    children, caregiver = start_cells(6, 2, draws)
-    assert np.bincount(children[:, 0]).tolist() == [600] * 6
-    pairs = np.bincount(6 * children[:, 0] + caregiver, minlength=36).reshape(6, 6)
-    assert (pairs == 120 * (1 - np.eye(6))).all()
-
-
 def test_start_cells_worked_by_hand():
     # Ten free cells. The child takes number 0.3 * 10 = 3; of the nine others (without 3) the caregiver the fourth: 4.
     assert starts(10, 0, (0.3, 0.35)) == ([3], 4)

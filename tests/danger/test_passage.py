@@ -3,14 +3,7 @@
 import numpy as np
 import pytest
 
-from caregiver_mj.danger.chain import (
-    ChildChain,
-    discounted_entry,
-    expected_hits,
-    first_entry,
-    first_passage,
-    presence,
-)
+from caregiver_mj.danger.chain import ChildChain, discounted_entry, expected_hits, first_entry, first_passage, presence
 from caregiver_mj.danger.child_model import child_chain
 from caregiver_mj.plans.floor_plan import FloorPlan
 

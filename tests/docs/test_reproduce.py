@@ -9,7 +9,7 @@ from reproduce import Entry, Maker, mark_all, marked, marks
 
 ENTRIES = reproduce.read_manifest()
 DOCS = reproduce.ROOT / "docs"
-OLD, NEW = "version 0.0.1, sources 0123456789ab", "version 0.1.0, sources ba9876543210"
+OLD = "version 0.0.1, sources 0123456789ab"
 
 
 def entry(name="some", **details):
@@ -43,20 +43,6 @@ def test_every_study_with_a_page_is_in_the_manifest():
     templates = {path.stem for path in (reproduce.ROOT / "scripts/studies").glob("*.md")}
     commands = " ".join(command for one in ENTRIES.values() for command, _ in one.run)
     assert {name for name in templates if f"study.py {name} " not in commands} == set()
-
-
-def test_an_older_page_says_so_and_a_current_one_does_not(monkeypatch):
-    one = entry()
-    monkeypatch.setitem(one.__dict__, "digest", "ba9876543210")
-    monkeypatch.setattr(reproduce.importlib.metadata, "version", lambda _: "0.1.0")
-    older = marked("# Title\n\nWords.\n", {"some": OLD}, {"some": one})
-    line = f"*`some`, of {OLD}: outdated.*\n"
-    assert older == f"# Title\n\n<!-- scripts/reproduce: some; {OLD} -->\n{line}\nWords.\n"
-    assert marked(older, {"some": OLD}, {"some": one}) == older
-    new = marked(older, {"some": NEW}, {"some": one})
-    assert new == f"# Title\n\n<!-- scripts/reproduce: some; {NEW} -->\n\nWords.\n"
-    assert reproduce.without_marks(older) == reproduce.without_marks(new) == "# Title\n\nWords.\n"
-    assert marked(older, {}, {}) == "# Title\n\n\nWords.\n"  # its entry is gone
 
 
 def test_an_entry_may_have_no_page_yet(tmp_path):

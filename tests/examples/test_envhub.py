@@ -41,16 +41,19 @@ def test_there_are_all_tasks_where_none_is_asked_for(monkeypatch):
     assert [*hub.make_env(n_envs=1, use_async_envs=True)["caregiver_mj"]] == [0, 1, 2]
 
 
-def test_observations_are_those_of_the_data_sets_and_success_is_an_episode_without_harm(tmp_path, monkeypatch):
+def test_observations_are_those_of_the_data_sets_and_success_is_an_episode_without_harm(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     env = hub.ForLeRobot("supervise", ("overview", "wrist"), house=HOUSE, epsilon=1.0, task_kwargs={"time_limit": 0.2})
     arguments = ["record", "--format", "lerobot", "--house", HOUSE, "--epsilon", "1", "--caregiver", "random-actions"]
     arguments += ["--camera", "overview", "wrist", "--seconds", ".2", "--episodes", "1", "--out", "set"]
     assert cli.main(arguments) == 0
+    assert capsys.readouterr().out == "set\n"
     rows = pd.read_parquet("set/data/chunk-000/file-000.parquet")
     info = json.loads(pathlib.Path("set/meta/info.json").read_text())
     cameras = [name.rpartition(".")[2] for name in info["features"] if name.startswith("observation.images.")]
     assert cameras == [*env.observation_space["pixels"]]
+    assert (info["total_episodes"], info["total_frames"], info["robot_type"]) == (1, 10, "mobile_fr3")
+    assert info["features"]["action"]["names"][:3] == ["base_x", "base_y", "base_yaw"]
     assert info["features"]["observation.images.wrist"]["shape"] == [*env.observation_space["pixels"]["wrist"].shape]
     observation, _ = env.reset(seed=episode_seed(0, 0))
     for _, row in rows.iterrows():

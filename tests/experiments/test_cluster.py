@@ -9,12 +9,10 @@ import distributed
 import pytest
 from comparing import same, square
 
-from caregiver_mj import FloorPlan, cli
+from caregiver_mj import FloorPlan
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.workers import DaskExecutor, WorkerError
-
-NOWHERE = "tcp://127.0.0.1:9"  # where nothing listens
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -67,23 +65,3 @@ def test_a_job_that_fails_ends_the_run(cluster, job, message):
         with pytest.raises(WorkerError, match=message):
             list(executor.run(square, [job]))
         assert list(executor.run(square, [3])) == [(3, 9)]  # and no other one
-
-
-EVALUATE = ["evaluate", "--world", "grid", "--caregiver", "none", "--epsilon", "1", "--episodes", "3"]
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (["--scheduler", NOWHERE], "--scheduler requires --executor dask"),
-        (["--executor", "dask"], "--executor dask requires --scheduler ADDRESS"),
-        (["--executor", "dask", "--scheduler", NOWHERE, "--jobs", "2"], "--jobs must be left out with --executor dask"),
-        (["--executor", "dask", "--scheduler", "no-scheme://x:1"], "no scheduler at 'no-scheme://x:1': "),
-    ],
-)
-def test_options_that_do_not_fit_together(options, message, capsys, tmp_path):
-    assert cli.main([*EVALUATE, *options, "--out", str(tmp_path / "run")]) == 2
-    error = capsys.readouterr().err
-    assert message in error
-    assert error.count("\n") == 1
-    assert not (tmp_path / "run").exists()

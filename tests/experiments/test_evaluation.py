@@ -2,6 +2,8 @@
 
 import dataclasses
 import json
+import pathlib
+import re
 
 import pandas as pd
 import pyarrow.parquet as pq
@@ -15,23 +17,10 @@ from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.sets import houses_named
 
-# Columns of the contract, written out once more.
-COLUMNS = ["world", "house", "caregiver", "family", "epsilon", "children", "episode", "seed", "sight"]
-KINDS = ("stairwell", "candle", "table", "gate", "mug", "battery")
-DAMAGE = ["damage", *(f"damage_{kind}" for kind in KINDS), "damage_until_stop"]
-COUNTS = ["stopped", "timesteps_to_threshold", "cells_visited", "toys_reached", "moves_blocked"]
-COUNTS += ["moves_blocked_stairwell", "moves_blocked_free", "longest_blocked"]
-COUNTS += ["moves_entered", "moves_entered_blocked", "moves_held_up", "interventions"]
-SHARES = ["seen", "looking", "guarding", "handling"]
-COUNTS += ["interventions_done", *SHARES, "candles_dropped", "strikes"]
-CONTACTS = ["strikes_surface", "contact_speed", "contact_seconds", "pressings", "contact_force", "contact_force_legs"]
-CONTACTS += ["contact_force_trunk", "contact_force_head", "contact_impulse"]
-CONTACTS += ["flame_distance", "flame_seconds", "wax_distance", "wax_seconds"]
-CONTACTS += ["contacts_creeping", "contacts_slow", "contacts_fast", "contact_energy", "contact_energy_total"]
-CONTACTS += ["pinches", "pinch_seconds", *(f"contact_seconds_{part}" for part in ("base", "arm", "legs", "trunk"))]
-CONTACTS += ["contact_seconds_head", "contact_seconds_driven", "gate_strikes"]
-TIMES = ["sim_seconds", "wall_seconds"]
-MEASURES = [*DAMAGE, *COUNTS, *CONTACTS, *TIMES]
+# Columns of the contract, and their units, as the documentation has them.
+PAGE = (pathlib.Path(__file__).parents[2] / "docs/reference/columns.md").read_text("utf-8").partition("\n## ")[0]
+UNITS = dict(re.findall(r"^\| `(\w+)` \| (.*?) \|", PAGE, re.M))
+MEASURES = [name for name in [*UNITS][9:] if not name.endswith("_by_child")]
 PAPER = FloorPlan.load("paper")
 SMALL = FloorPlan.parse("########\n#B..S..#\n#......#\n#.C..T.#\n#...B..#\n########", "small")
 # World: house, caregiver, episodes, and families as they may be said; two of them have the same mean epsilon.
@@ -55,7 +44,7 @@ def result(settings):
 def test_contract(settings, result, tmp_path):
     RunFolder(tmp_path, settings.record()).finish(result.episodes, result.summary, result.maps, result.houses)
     episodes = pd.read_parquet(tmp_path / "episodes.parquet")
-    assert [column for column in episodes.columns if not column.endswith("_by_child")] == COLUMNS + MEASURES
+    assert list(episodes.columns) == [*UNITS]
     combinations = [(str(family), caregiver) for family in settings.families for caregiver in settings.caregivers]
     assert len(episodes) == len(combinations) * settings.episodes
     assert not episodes.isna().any(axis=None)
@@ -68,13 +57,16 @@ def test_contract(settings, result, tmp_path):
     epsilons = {str(family): family.epsilon for family in settings.families}
     assert dict(zip(episodes.family, episodes.epsilon, strict=True)) == epsilons
     schema = pq.read_schema(tmp_path / "episodes.parquet")
-    assert {str(schema.field(name).type) for name in COUNTS if name not in SHARES} == {"int64"}
-    assert {str(schema.field(name).type) for name in [*DAMAGE, *TIMES, "epsilon"]} == {"double"}
+    types = {(unit, str(schema.field(name).type)) for name, unit in UNITS.items() if name in MEASURES}
+    units = {unit for unit, kind in types if kind == "int64"}
+    assert units == {"", "timesteps", "cells", "bins", "moves"}
+    assert types == {(unit, "int64" if unit in units else "double") for unit, _ in types}
     assert {str(schema.field(name).type.value_type) for name in ("damage_by_child", "toys_by_child")} == {"double"}
     assert episodes.timesteps_to_threshold.between(1, 200).all()
     assert (episodes.interventions_done <= episodes.interventions).all()
     alone = episodes[episodes.caregiver == "none"]
-    assert (alone[["moves_blocked", "interventions", "interventions_done", "strikes"]] == 0).all(axis=None)
+    nothing = ["moves_blocked", "moves_entered", "moves_held_up", "interventions", "interventions_done", "strikes"]
+    assert (alone[nothing] == 0).all(axis=None)
     # 200 timesteps of 0.75 m at 1.6 km/h are 337.5 s
     assert episodes.sim_seconds.to_numpy() == pytest.approx(337.5, abs=2.0)
 

@@ -132,8 +132,7 @@ def test_the_robot_is_judged_without_a_child_left_alone():
 
 
 @pytest.mark.parametrize(
-    ("toys", "verdict"),
-    [([18] * 10, "harm"), ([20] * 10, "no harm shown"), ([10, 30] * 5, "no verdict")],
+    ("toys", "verdict"), [([18] * 10, "harm"), ([20] * 10, "no harm shown"), ([10, 30] * 5, "no verdict")]
 )
 def test_toys_taken_beyond_the_margin_are_harm(toys, verdict):
     found, parts = verdicts_of(in_house(toys_reached=toys, moves_blocked_free=7))

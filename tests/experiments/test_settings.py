@@ -19,16 +19,6 @@ DEAR = FloorPlan.load("paper", cell_size=0.9, damage=DamageWeights(7.5, 1 / 3, 0
 SEVERAL = Settings(DEAR, "grid", ("none", "guard"), (0.1, "1,adversary:.25"), 7, seed=9, embodiment="mobile_ur5e")
 
 
-def test_the_record_says_everything():
-    houses = dataclasses.replace(SEVERAL, plans=(*SEVERAL.plans, FloorPlan.load("house-3")), houses="those two")
-    record = json.loads(json.dumps(houses.record()))
-    assert (record["families"], record["epsilons"]) == (["0.1", "1,adversary:0.25"], [0.1, 0.625])
-    assert [plan["name"] for plan in record["plans"]] == ["paper", "house-3"]
-    read = Settings.of_record(record)
-    assert [(p.rows, p.cell_size) for p in read.plans] == [(p.rows, p.cell_size) for p in houses.plans]
-    assert (read.houses, str(read.plans[0].damage)[:9]) == ("those two", "7.5:0.333")
-
-
 def test_a_single_one_will_do_and_numbers_of_numpy():
     settings = Settings(PAPER, "grid", "nearest", 0.5, episodes=np.int64(3), seed=np.int64(1))
     settings.check()
@@ -42,15 +32,6 @@ def test_who_is_kept_in_a_folder_has_a_name(tmp_path):
     with pytest.raises(CaregiverError, match="children of a run in a folder must be given by name"):
         evaluate(settings, folder)
     assert len(evaluate(settings).episodes) == 2
-
-
-def test_blocks_are_all_of_the_work_once():
-    blocks = SEVERAL.blocks(grid_block=3)
-    assert [(len(block), block.first, block.end) for block in blocks[:3]] == [(3, 0, 3), (3, 3, 6), (1, 6, 7)]
-    work = [(block.caregiver, family, i) for block in blocks for family in block.families for i in block.numbers]
-    assert len(work) == len(set(work)) == 2 * 2 * 7
-    assert len({str(block) for block in blocks}) == len(blocks)  # which are names of files
-    assert not any("/" in str(block) for block in blocks)
 
 
 def test_in_the_grid_as_many_children_each_go_side_by_side():

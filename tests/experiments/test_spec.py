@@ -46,6 +46,7 @@ runs = st.builds(
     embodiment=st.sampled_from(["mobile_fr3", "mobile_ur5e"]),
     sight=st.sampled_from(["all", "walls", "rooms:3"]),
     child_speed=st.floats(0.1, 1.0),
+    houses=st.sampled_from(["", "those two"]),
     task=st.sampled_from(["supervise", "block_stairs", "targets"]),
     task_kwargs=st.dictionaries(st.text(), number | st.lists(number) | st.dictionaries(st.text(), number)),
     queries=queries,

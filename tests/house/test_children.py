@@ -68,17 +68,6 @@ def test_a_table_hurts_as_what_stands_on_it_and_as_the_plan_says():
     assert timestep(child, stairs, candle).harm[:4].tolist() == [0, 2, 0, 0]
 
 
-def test_a_move_takes_it_to_the_next_cell_and_a_bump_leaves_it_where_it_was():
-    child = child_in((1, 3), SOUTH)
-    booking = timestep(child)
-    assert (booking.begun, booking.ended) == (ROOM.cell_index[1, 3], ROOM.cell_index[2, 3])
-    assert child.position == pytest.approx(ROOM.position((2, 3)))
-    child = child_in((2, 3), SOUTH)  # into the table with the candle
-    booking = timestep(child)
-    assert booking.begun == booking.ended == child.cell == ROOM.cell_index[2, 3]
-    assert child.position == pytest.approx(ROOM.position((2, 3)), abs=1e-6)
-
-
 def test_it_has_bumped_if_it_did_not_get_where_it_meant_to_go_and_not_if_it_meant_to_stay():
     child, known = child_in((1, 2)), []
     for move in (STAY, WEST, EAST, STAY):  # west is the bin
@@ -86,17 +75,6 @@ def test_it_has_bumped_if_it_did_not_get_where_it_meant_to_go_and_not_if_it_mean
         timestep(child)
         known.append(bool(child.behaviour.seen[-1].bumped[0]))
     assert known == [False, False, True, False]
-
-
-def test_a_toy_is_the_bin_that_it_wants():
-    plan = FloorPlan.parse("#####\n#B.B#\n##T##\n#####")
-    child = child_in((1, 2), WEST, plan)
-    wanted = child.goal
-    assert not timestep(child, touch("bin", 1 - wanted)).toy
-    assert child.goal == wanted
-    booking = timestep(child, touch("bin", wanted), touch("bin", wanted))
-    assert booking.toy
-    assert child.goal == int(stream().steps[0, 2] * 2)  # by the third draw of the timestep
 
 
 STAIRWELL, FREE_CELL, NOT = [True, False], [False, True], [False, False]  # what it was denied

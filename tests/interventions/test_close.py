@@ -39,7 +39,7 @@ def test_openings_come_before_what_is_on_tables_and_the_open_ones_first():
     assert HOUSE.caregiver_cells[len(HOUSE.free_cells) :] == HOUSE.landings
 
 
-@pytest.mark.parametrize("name", ["nearest", "expected-danger", "childproof", "wanderer"])
+@pytest.mark.parametrize("name", ["nearest", "nearest-first", "expected-danger", "childproof", "wanderer"])
 def test_caregivers_shut_them_for_good(name):
     world, alone = ran(name, HOUSE, "1"), ran("none", HOUSE, "1")
     assert (world.state[:, 1:3] == State.SHUT).mean() > 0.9

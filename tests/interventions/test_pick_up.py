@@ -34,7 +34,7 @@ def test_its_cell_is_free_and_it_comes_last_among_hazards():
     assert not set(HOUSE.floor_cells) & set(HOUSE.starts.tolist())
 
 
-@pytest.mark.parametrize("name", ["random", "wanderer", "nearest", "childproof", "expected-danger", "foresight"])
+@pytest.mark.parametrize("name", ["random", "wanderer", "nearest-first", "childproof", "expected-danger", "foresight"])
 def test_caregivers_pick_up_for_good(name):
     world, alone = ran(name, HOUSE, "0.75"), ran("none", HOUSE, "0.75")
     assert gone(world).mean() > 0.9

@@ -103,16 +103,6 @@ def test_an_unreadable_file_is_an_error_of_ours(tmp_path, content):
         FloorPlan.load(path)
 
 
-def test_objects_and_states_are_in_reading_order_and_candles_on_tables():
-    plan = FloorPlan.parse(SMALL)
-    assert (plan.shape, plan.free_cells[:6]) == ((6, 6), ((1, 1), (1, 2), (1, 3), (1, 4), (2, 1), (2, 4)))
-    assert plan.free_cells[6:] == ((3, 1), (3, 4), (4, 2), (4, 3), (4, 4))
-    assert plan.caregiver_cells == (*plan.free_cells, (2, 3))
-    assert (plan.tables, plan.candle_tables, plan.bins) == (((2, 2), (3, 2), (4, 1)), (0,), ((3, 3),))
-    plan = FloorPlan.parse("######\n#TCTC#\n#....#\n##B###\n######")
-    assert plan.candle_tables == (1, 3)
-
-
 def test_positions_are_metres_from_the_middle_east_and_north():
     plan = FloorPlan.parse("#####\n#B.T#\n#...#\n#####", cell_size=0.5)  # 4 rows, 5 columns
     # Column 3 is 1 cell east of the middle column 2; row 1 is half a cell north of the middle, 1.5 rows down.

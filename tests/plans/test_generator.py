@@ -15,7 +15,6 @@ from caregiver_mj.errors import FloorPlanError
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.generator import REACH, SEEDS, Request, design, generate, is_drivable
 from caregiver_mj.plans.routes import yielding
-from caregiver_mj.plans.sets import house_set
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.navigation import Navigator
 
@@ -108,12 +107,6 @@ def test_one_wish_does_not_change_what_else_is_drawn(request, field):
     assert (other_size, free | {field: wished[field]}) == (size, wished)
 
 
-def test_names_by_hand():
-    assert Request(17).name == "house-17"
-    assert Request(17, (14, 12), rooms=3, candles=0).name == "house-17-14x12-rooms3-candles0"
-    assert Request.from_name("house-2-bins4") == Request(2, bins=4)
-
-
 @pytest.mark.parametrize(
     "name", ["house", "house-", "house-x", "house--1", "house-1-14", "house-1-bins", "house-1-bins2-rooms2", "house-1 "]
 )
@@ -181,11 +174,6 @@ def test_a_house_whose_only_way_is_over_a_landing_is_not_drivable():
 def test_the_robot_gets_everywhere_in_a_drivable_house(plan):
     assume(is_drivable(plan))
     check_with_navigator(plan)
-
-
-def test_the_robot_gets_everywhere_in_the_houses_of_a_set():
-    for plan in house_set("test-20"):
-        check_with_navigator(plan)
 
 
 def check_with_navigator(plan):

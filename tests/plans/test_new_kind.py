@@ -1,11 +1,12 @@
 """A newcomer's errand: a kind of hazard that is neither stairs nor candle. It is a record and a model.
 
-The package is put together in a folder with both added, and is used from there.
+The package is put together in a folder with both added, as the documentation has them, and is used from there.
 """
 
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -16,25 +17,8 @@ from caregiver_mj.plans.hazards import KINDS
 
 pytestmark = pytest.mark.slow
 ROOT = pathlib.Path(__file__).parents[2]
-RECORD = """
-VASE = HazardKind(
-    name="vase", symbol="V", where=Where.ON_TABLE, damage=3.0, verb="relocate",
-    cell=("table with a vase", "tables with a vase"), at="vases", harm="bumps into vases", model="vase",
-    colour=(0, 158, 115),
-)
-KINDS = distinct(*KINDS, VASE, VASE)
-"""
-MODEL = """
-<mujoco model="vase">
-  <worldbody>
-    <body name="vase">
-      <freejoint name="joint"/>
-      <geom name="glass" type="cylinder" size=".022 .08" pos="0 0 .08" mass=".25" contype="4" conaffinity="39"
-        condim="4" friction="1 .01 .002" solref=".004 1" solimp=".95 .99 .001"/>
-    </body>
-  </worldbody>
-</mujoco>
-"""
+PAGE = (ROOT / "docs/guide/hazards.md").read_text("utf-8")
+RECORD, MODEL = (re.search(f"^```{block}(.*?)^```", PAGE, re.M | re.S)[1] for block in ("text\n(?=VASE)", "xml\n"))
 PLAN = "##########\n#S......B#\n#........#\n#V....C..#\n#...T....#\n##########"
 USE = f"""
 import json, sys
@@ -91,7 +75,7 @@ def found(tmp_path_factory):
     (package / "tasks").symlink_to(ROOT / "tasks")
     shutil.copytree(ROOT / "models", package / "models", ignore=shutil.ignore_patterns("__pycache__"))
     with (package / "plans" / "hazards.py").open("a", encoding="utf-8") as file:
-        file.write(RECORD)
+        file.write(f"\n{RECORD}KINDS = distinct(*KINDS, VASE, VASE)\n")
     (package / "models" / "vase.xml").write_text(MODEL)
     there = {"cwd": folder, "env": os.environ | {"PYTHONPATH": str(folder)}}
     ran = subprocess.run([sys.executable, "-c", USE], **there, capture_output=True, text=True, check=False)

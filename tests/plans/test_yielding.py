@@ -85,20 +85,6 @@ def traps(plan):
     return {cell for cell, is_trap in zip(plan.caregiver_cells, yielding(plan).traps, strict=True) if is_trap}
 
 
-def test_the_end_of_a_passage_to_a_bin_is_a_trap_and_a_landing_is_none():
-    passage = "######\n#....#\n#....#\n#.####\n#..B##\n######"
-    # A child in the room's corner (2, 1) shuts the passage; one inside it leaves the whole room as refuge.
-    assert traps(FloorPlan.parse(passage)) == {(3, 1), (4, 1), (4, 2)}
-    assert not traps(FloorPlan.parse(passage[:-6] + "##S###\n######"))
-
-
-def test_in_a_lane_every_cell_is_a_trap_and_a_dead_end_is_none():
-    assert traps(FloorPlan.parse("########\n#B....B#\n########")) == {(1, 2), (1, 3), (1, 4), (1, 5)}
-    # Without a bin at its east end, who stands there is in nobody's way; to the west of a child one still is. (A child
-    # at the very end divides nothing.)
-    assert traps(FloorPlan.parse("########\n#B....T#\n########")) == {(1, 2), (1, 3)}
-
-
 @settings(max_examples=60, deadline=None)
 @given(st.one_of(PLANS, mazes()))
 def test_traps_are_those_of_a_plain_search(plan):
@@ -121,14 +107,6 @@ def test_divisions_are_what_remains_connected_without_a_cell(plan):
 # Cells 0 to 7 from west to east, the landing, cell 8, at the eastern end.
 HALL = FloorPlan.parse("###########\n#B.......S#\n###########")
 LANDING = 7
-
-
-def test_behind_a_child_in_a_hall_there_is_a_free_cell():
-    routes = RouteTables(HALL, [[LANDING]])
-    distance, next_cell = routes.around(4)
-    assert distance[0, :4].tolist() == [UNREACHABLE] * 4
-    assert next_cell[0, :4].tolist() == [1, 2, 2, 2]  # from 3, beside the child, it goes back
-    assert (distance[0, 5:].tolist(), next_cell[0, 5:].tolist()) == ([2, 1, 0], [6, 7, 7])
 
 
 def test_one_that_does_not_yield_stays_where_its_way_is_barred():

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from caregiver_mj import FloorPlan, load
+from caregiver_mj import FloorPlan
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.envs.recipe import Recording, prepared
-from caregiver_mj.errors import RenderingError
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.spec import EpisodeSpec, episode_seed
@@ -65,12 +64,3 @@ def test_it_sees_the_same_while_it_is_filmed(who):
         pictures.append(episode.env.physics.render(240, 320, camera_id="overview").copy())
         Studio(episode, Picture(320, 240), 1).frame()
     np.testing.assert_array_equal(*pictures)
-
-
-def test_a_house_without_visuals_cannot_be_rendered():
-    env = load("supervise", TINY, visuals=False)
-    env.reset()
-    with pytest.raises(RenderingError, match="visuals=True"):
-        env.physics.render(48, 64, camera_id="overview")
-    with pytest.raises(RenderingError, match="visuals=True"):
-        env.physics.copy().render(48, 64)

@@ -26,11 +26,8 @@ class Scene:
         self.policy = CaregiverPolicy(self.env)
         self.timestep = self.env.reset()
         self.physics, self.task = self.env.physics, self.env.task
-        self.put_child(plan.free_cells[-1])
+        self.task.children[0].put(plan.free_cells[-1])
         self.touched: set[str] = set()  # by the robot, save candles
-
-    def put_child(self, cell: tuple[int, int]) -> None:
-        self.task.children[0].put(cell)
 
     def put_candle(self, x: float, y: float, z: float, tilt: float, heading: float, candle: int = 0) -> None:
         """Puts a candle somewhere at rest: its foot's middle, and its axis tilted towards a heading, in radians."""

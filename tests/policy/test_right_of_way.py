@@ -168,8 +168,7 @@ class ToAndFro(Scripted):
 
 
 @pytest.mark.parametrize(
-    ("child", "candle"),
-    [("adversary:0", "stands"), (Scripted(HALL, STAY), "on its head"), (ToAndFro(HALL), "lies")],
+    ("child", "candle"), [("adversary:0", "stands"), (Scripted(HALL, STAY), "on its head"), (ToAndFro(HALL), "lies")]
 )
 def test_every_skill_ends_whatever_a_child_does(child, candle):
     """What is done goes on for as long as it is wanted: a robot that stands in a stairwell, or aside."""

@@ -5,7 +5,6 @@ import numpy as np
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import KINDS
 from caregiver_mj.recording.ledger import BLOCKED, MET, Ledger
-from caregiver_mj.recording.record import names
 
 PLAN = FloorPlan.parse("#####\n#B..#\n#...#\n#T.S#\n#####", "small")  # six free cells
 FREE = 6
@@ -25,56 +24,6 @@ def book(ledger, begun, ended, harm, toys=None, blocked=None) -> None:
     ledger.book(begun, ended, harm, nothing if toys is None else toys, unhindered if blocked is None else blocked)
 
 
-def test_an_episode_of_an_only_child():
-    one = ledger([2])
-    # Timesteps: a fall from cell 2; a step to cell 3; two bumps into a candle's table, at the second a toy; a bump
-    # into a bare table while the caregiver is in the way; a last fall from cell 3.
-    book(one, [[2]], [[2]], [[STAIRS]])
-    book(one, [[2]], [[3]], [[NONE]])
-    book(one, [[3]], [[3]], [[CANDLE]])
-    book(one, [[3]], [[3]], [[CANDLE]], toys=np.array([[True]]))
-    book(one, [[3]], [[3]], [[TABLE]], blocked=np.array([[FREE_CELL]]))
-    nothing = dict.fromkeys(names("damage", "count", "contact"), 0)  # but for:
-    assert one.outcome() == nothing | {
-        "damage": 14.0,  # 5 + 4 + 4 + 1
-        "damage_stairwell": 5.0,
-        "damage_candle": 8.0,
-        "damage_table": 1.0,
-        "damage_by_child": [14.0],
-        "damage_until_stop": 14.0,
-        "timesteps_to_threshold": 10,  # not reached: the length of an episode
-        "cells_visited": 2,
-        "toys_reached": 1,
-        "toys_by_child": [1.0],
-        "moves_blocked": 1,
-        "moves_blocked_free": 1,
-        "longest_blocked": 1,
-    }
-
-    book(one, [[3]], [[3]], [[STAIRS]])
-    book(one, [[3]], [[4]], [[NONE]])
-    outcome = one.outcome()
-    assert outcome["damage"] == 19.0
-    assert (outcome["stopped"], outcome["timesteps_to_threshold"], outcome["damage_until_stop"]) == (1, 6, 19.0)
-    assert outcome["cells_visited"] == 2  # cell 4 came later
-    assert {type(outcome[name]) for name in ("timesteps_to_threshold", "toys_reached", "strikes")} == {int}
-    assert one.visits.tolist() == [[0, 0, 1, 5, 1, 0]]
-    assert one.damage_at.tolist() == [[0, 0, 5, 14, 0, 0]]  # where it stood when it was hurt
-    assert one.timestep == 7
-
-
-def test_the_paper_stops_above_fifteen_not_at_it():
-    one = ledger([0])
-    for _ in range(3):
-        book(one, [[0]], [[0]], [[STAIRS]])
-    assert (one.outcome()["stopped"], one.outcome()["timesteps_to_threshold"]) == (0, 10)
-    book(one, [[0]], [[0]], [[CANDLE]])
-    book(one, [[0]], [[0]], [[STAIRS]])  # after the stop
-    outcome = one.outcome()
-    assert (outcome["stopped"], outcome["timesteps_to_threshold"], outcome["damage_until_stop"]) == (1, 4, 19.0)
-    assert outcome["damage"] == 24.0
-
-
 def test_what_the_caregiver_denies_and_for_how_long():
     one = ledger([0, 1])
     denied = [[FREE_CELL, NOT], [STAIRWELL, FREE_CELL], [NOT, FREE_CELL], [FREE_CELL, FREE_CELL], [NOT, NOT]]
@@ -85,6 +34,7 @@ def test_what_the_caregiver_denies_and_for_how_long():
     outcome = one.outcome()
     names = ("moves_blocked", "moves_blocked_stairwell", "moves_blocked_free", "longest_blocked")
     assert [outcome[name] for name in names] == [6, 1, 5, 3]
+    assert outcome["timesteps_to_threshold"] == 10  # it is not reached: the length of an episode
 
 
 def test_children_count_together_and_each():
@@ -100,25 +50,8 @@ def test_children_count_together_and_each():
     assert outcome["cells_visited"] == 4  # 0, 1, 4 and 5, by whomever
     assert (outcome["toys_reached"], outcome["toys_by_child"]) == (3, [2.0, 1.0])
     assert outcome["moves_blocked"] == 2
-    assert two.visits.sum() == 2 * 3
+    assert two.visits.tolist() == [[1, 3, 0, 0, 1, 1]]  # where their timesteps ended
     assert two.damage_at.tolist() == [[0, 10, 0, 0, 0, 6]]
-
-
-def test_episodes_of_a_batch_do_not_mix():
-    together = ledger([0, 1], [2, 3])
-    alone = [ledger([0, 1]), ledger([2, 3])]
-    random = np.random.default_rng(0)
-    for _ in range(8):
-        begun, ended = random.integers(FREE, size=(2, 2, 2))
-        harm = 5.0 * random.integers(2, size=(2, 2, len(KINDS)))
-        toys, blocked = random.random((2, 2)) < 0.5, random.random((2, 2, 2)) < 0.5
-        together.book(begun, ended, harm, toys, blocked)
-        for i, one in enumerate(alone):
-            one.book(begun[i : i + 1], ended[i : i + 1], harm[i : i + 1], toys[i : i + 1], blocked[i : i + 1])
-    for i, one in enumerate(alone):
-        assert together.outcomes()[i] == one.outcome()
-    np.testing.assert_array_equal(together.visits, np.concatenate([one.visits for one in alone]))
-    np.testing.assert_array_equal(together.damage_at, np.concatenate([one.damage_at for one in alone]))
 
 
 def test_other_events_are_booked_by_whoever_sees_them_and_totals_are_the_outcomes():

@@ -1,7 +1,6 @@
 """The record of an episode: its columns, and the table of them."""
 
 import dataclasses
-import pickle
 
 import numpy as np
 
@@ -22,8 +21,3 @@ def test_the_house_counts_all_contacts_there_are_columns_for():
     assert tuple(Contacts().outcome()) == ("strikes", *names("contact"))
     types = {column.name: column.type for column in COLUMNS}
     assert all(type(value).__name__ == types[name] for name, value in Contacts().outcome().items())
-
-
-def test_a_row_can_be_pickled():
-    row = EpisodeRecord(*range(len(COLUMNS)))
-    assert pickle.loads(pickle.dumps(row)) == row

@@ -1,6 +1,5 @@
 """The command `record`: both formats, policies of one's own, and what it refuses."""
 
-import json
 import pathlib
 import sys
 
@@ -28,18 +27,6 @@ def same(one, other):
             np.testing.assert_array_equal(values, b.observations[key])
 
 
-def test_lerobot(tmp_path, capsys):
-    out = tmp_path / "set"
-    assert cli.main([*HOUSE, "--format", "lerobot", "--camera", "wrist", "--size", "64x48", "--out", str(out)]) == 0
-    assert capsys.readouterr().out == f"{out}\n"
-    assert [path.name for path in tmp_path.iterdir()] == ["set"]
-    info = json.loads((out / "meta/info.json").read_text())
-    assert (info["total_episodes"], info["total_frames"], info["robot_type"]) == (2, 20, "mobile_fr3")
-    assert info["features"]["action"]["names"][:3] == ["base_x", "base_y", "base_yaw"]
-    assert (out / "videos/observation.images.wrist/chunk-000/file-000.mp4").stat().st_size > 1000
-    assert len(pd.read_parquet(out / "data/chunk-000/file-000.parquet")) == 20
-
-
 def test_a_data_set_of_ones_own_house_is_recovered_in_another_folder(tmp_path, monkeypatch):
     for folder in ("here", "there"):
         (tmp_path / folder).mkdir()
@@ -54,32 +41,6 @@ def test_a_data_set_of_ones_own_house_is_recovered_in_another_folder(tmp_path, m
     assert env.observation_space == found.observation_space
     assert env.unwrapped.world.world.plan.name == "tiny"
     assert str(tmp_path) not in found.spec.env_spec.to_json()
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (["--format", "minari", "--name", "x/y-v0"], "(two or more in a group), got 'x/y-v0'"),
-        (["--format", "lerobot", "--name", "a-v0"], "--name must be left out with --format lerobot"),
-        (["--format", "lerobot", "--camera", "hall"], "no camera 'hall'"),
-        (["--format", "lerobot", "--size", "33x40"], "must be even"),
-        (["--format", "lerobot", "--episodes", "99999999999999"], "episodes must be an integer from 1 to 1000000"),
-        (["--format", "minari", "--world", "grid", "--task", "targets", "--embodiment", "butler"], "no robot 'butler'"),
-        (["--format", "minari", "--out", ""], "--out must be a folder, got an empty name"),
-    ],
-)
-def test_what_is_refused(options, message, tmp_path, capsys):
-    assert cli.main([*HOUSE, "--out", str(tmp_path / "set"), *options]) == 2
-    error = capsys.readouterr().err
-    assert message in error
-    assert error.count("\n") == 1
-    assert not list(tmp_path.iterdir())
-
-
-def test_a_lerobot_data_set_has_no_targets(tmp_path, capsys):
-    command = ["record", "--format", "lerobot", "--task", "targets", "--world", "grid", "--caregiver", "random-actions"]
-    assert cli.main([*command, "--out", str(tmp_path / "set")]) == 2
-    assert "--format must be minari with --task targets" in capsys.readouterr().err
 
 
 OWN = """

@@ -1,14 +1,11 @@
 """Robots by name, and that each can do what the skills will ask of it."""
 
-import dataclasses
-import importlib.metadata
-
 import mujoco
 import numpy as np
 import pytest
 from robot_plans import first_way
 
-from caregiver_mj import CaregiverError, FloorPlan
+from caregiver_mj import FloorPlan
 from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.hazards import CANDLE, MUG
@@ -45,39 +42,6 @@ def pose_of_hand(robot: Embodiment, model: mujoco.MjModel, joints: np.ndarray) -
     mujoco.mj_kinematics(model, data)
     site = data.site("pinch")
     return site.xpos.copy(), site.xmat.reshape(3, 3).copy()
-
-
-def make_another() -> Embodiment:
-    return dataclasses.replace(find_embodiment("mobile_ur5e"), name="another")
-
-
-def make_nothing() -> str:
-    return "nothing"
-
-
-def needs_more(size: float) -> Embodiment:
-    return dataclasses.replace(make_another(), footprint=size)
-
-
-not_a_maker = "neither"
-
-
-def test_robots_of_other_packages(monkeypatch):
-    group = "caregiver_mj.embodiments"
-    offered = importlib.metadata.EntryPoints(
-        importlib.metadata.EntryPoint(name, f"{__name__}:{name}", group)
-        for name in ("make_another", "make_nothing", "not_a_maker")
-    )
-    monkeypatch.setattr(importlib.metadata, "entry_points", lambda **which: offered.select(**which))
-    assert find_embodiment("make_another").name == "another"
-    assert "make_another" in EMBODIMENTS
-    assert find_embodiment(f"{__name__}:make_another").name == "another"
-    with pytest.raises(CaregiverError, match="'make_nothing' must be an Embodiment, got str"):
-        find_embodiment("make_nothing")
-    with pytest.raises(CaregiverError, match=r"'not_a_maker' .* must be a function that makes an Embodiment"):
-        find_embodiment("not_a_maker")
-    with pytest.raises(CaregiverError, match=r"robot '.*:needs_more' cannot be called with \(\): missing"):
-        find_embodiment(f"{__name__}:needs_more")
 
 
 @pytest.mark.parametrize("motion", [(0.4, 0.0, 0.0), (0.0, 0.3, 0.0), (0.0, 0.0, 1.2), (0.3, -0.2, 0.7)])

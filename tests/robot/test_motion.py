@@ -25,22 +25,6 @@ def motion_along(*points: tuple[float, float]) -> RobotMotion:
     return robot
 
 
-def test_an_ideal_base_follows_its_path_and_stops_at_its_end():
-    robot = motion_along((2.0, 0.0), (2.0, 1.5))
-    base, off = np.zeros(3), []
-    for _ in range(300):
-        robot.set_rate(1.0)
-        action = robot.action(base)
-        # A base whose velocity follows its command with the servos' lag would need the feed-forward; this one does not.
-        base[:2] += 0.02 * action[:2]
-        robot.now += 0.02
-        off.append(np.hypot(*(base[:2] - robot.base_reference()[0])))
-    assert max(off) < 0.025
-    np.testing.assert_allclose(base[:2], [2.0, 1.5], atol=1e-4)
-    np.testing.assert_allclose(action[:3], 0.0, atol=1e-3)
-    assert not robot.moving
-
-
 def test_feeding_the_lag_forward_adds_no_jerk():
     """A command with more jerk than the path could not be followed, and would go beyond where the path ends."""
     robot, told = motion_along((2.0, 0.0)), []

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from robot_plans import CORRIDOR, centre, distances_to_obstacles, journeys, points_along
+from robot_plans import centre, distances_to_obstacles, journeys, points_along
 from walks import distances, neighbours
 
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -69,13 +69,6 @@ def test_paths_give_every_child_a_wide_berth(journey, data):
     assert not set(cells) & cells_of(plan, points)
     for child in children:
         assert np.hypot(*(points - child).T).min() > BASE_RADIUS + CHILD_RADIUS + CHILD_CLEARANCE
-
-
-def test_there_is_no_path_through_a_child_in_a_corridor():
-    navigator = Navigator(CORRIDOR, ROBOT)
-    assert path_between(navigator, (1, 2), (1, 5)) is not None
-    assert path_between(navigator, (1, 2), (1, 5), [centre(CORRIDOR, (1, 3))], {(1, 3)}) is None
-    assert path_between(navigator, (1, 2), (1, 5), closed={(1, 5)}) is None
 
 
 WEDGED = FloorPlan.parse("#######\n#.....#\n#..TB.#\n#.....#\n#######", "wedged")
@@ -146,13 +139,6 @@ def test_routes_avoid_closed_cells_and_landings(journey, data):
     assert not forbidden & set(route)
     assert set(route) <= set(plan.caregiver_cells)
     assert len(route) == moves[goal] + 1
-
-
-def test_a_landing_is_no_thoroughfare_but_can_be_a_goal_and_a_start():
-    routes = Routes(FloorPlan.parse("#######\n#BT.S.#\n#.....#\n#######"))
-    assert routes.route((1, 3), (1, 5)) == [(1, 3), (2, 3), (2, 4), (2, 5), (1, 5)]
-    assert routes.route((1, 3), (1, 4)) == [(1, 3), (1, 4)]
-    assert routes.route((1, 4), (1, 5)) == [(1, 4), (1, 5)]
 
 
 def in_the_way(plan: FloorPlan, child, cell) -> int:

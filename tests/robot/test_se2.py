@@ -13,11 +13,6 @@ points, poses = st.tuples(lengths, lengths), st.tuples(lengths, lengths, angles)
 SOUTH_EAST_LOOKING_NORTH = (3.0, -1.0, math.pi / 2)
 
 
-def test_a_quarter_turn_to_the_left_leads_from_east_to_north():
-    assert geometry.rotate(math.pi / 2, (1.0, 0.0)) == pytest.approx((0.0, 1.0))
-    assert geometry.rotate(math.pi / 2, (0.0, 1.0)) == pytest.approx((-1.0, 0.0))
-
-
 def test_a_point_ahead_and_to_the_left_of_one_who_looks_north():
     # 2 m ahead is 2 m further north, 0.5 m to the left is 0.5 m further west.
     assert geometry.to_world(SOUTH_EAST_LOOKING_NORTH, (2.0, 0.5)) == pytest.approx((2.5, 1.0))

@@ -52,12 +52,7 @@ def test_motion_takes_the_time_worked_out_by_hand():
     assert motion.at(2.6) == pytest.approx((3.0, 0.0, 0.0))
 
 
-def test_it_rests_where_it_starts_and_ends_and_keeps_a_velocity_up():
-    motion = ScalarMotion(LIMITS, 0.4)
-    assert motion.at(5.0) == (0.4, 0.0, 0.0)
-    motion.move_to(-0.3, 5.0)
-    assert motion.at(5.0) == pytest.approx((0.4, 0.0, 0.0))
-    assert motion.at(motion.arrival + 0.5) == (-0.3, 0.0, 0.0)
+def test_it_keeps_a_velocity_up():
     motion = ScalarMotion(LIMITS, 0.0)
     motion.run_at(-1.0, 0.0)
     position, velocity, acceleration = motion.at(4.0)
@@ -144,17 +139,6 @@ def test_straight_path_takes_the_time_worked_out_by_hand():
     position, velocity, _ = path.at(0.625)
     assert position == pytest.approx((1.0, 2.0 - 0.390625))
     assert velocity == pytest.approx((0.0, -1.25))
-
-
-@pytest.mark.parametrize("deviation", [0.02, 0.12])
-@pytest.mark.parametrize("turn", [0.6, np.pi / 2, -2.4])
-def test_corners_are_cut_as_far_as_allowed_and_no_farther(deviation, turn):
-    points = polyline([(3.0, 0.0), (3.0, turn)])
-    position, _, _ = trace(BasePath(points, BASE, deviation=deviation))
-    nearest = np.hypot(*(position - points[1]).T).min()
-    assert nearest <= deviation + 1e-3
-    if abs(turn) > 1:  # at full speed a slight turn does not take all that it may
-        assert nearest > 0.65 * deviation
 
 
 @settings(max_examples=60, deadline=None)

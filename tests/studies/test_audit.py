@@ -8,14 +8,7 @@ import pytest
 
 from caregiver_mj import CaregiverPolicy, FloorPlan, load
 from caregiver_mj.robot.embodiments import find_embodiment
-from studies.audit import (
-    Dynamics,
-    EpisodeLog,
-    Recorder,
-    check_limits,
-    check_motion,
-    near_child,
-)
+from studies.audit import Dynamics, EpisodeLog, Recorder, check_limits, check_motion, near_child
 
 ROBOT = find_embodiment()
 CONTROL, PHYSICS = 0.02, 0.005  # seconds

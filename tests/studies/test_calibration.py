@@ -8,13 +8,7 @@ from worlds import streams
 from caregiver_mj.children.child_group import ChildGroup
 from caregiver_mj.danger.child_model import EPSILONS
 from caregiver_mj.plans.floor_plan import FloorPlan
-from studies.calibration import (
-    EACH,
-    Scores,
-    reliability,
-    sums_of,
-    watch_children,
-)
+from studies.calibration import EACH, Scores, reliability, sums_of, watch_children
 
 # One cell: a toy west of it, stairs east, a table with a candle north and a bare one south.
 SMALL = FloorPlan.parse("#####\n##C##\n#B.S#\n##T##\n#####", "small")

@@ -9,9 +9,10 @@ import pytest
 from absl.testing import absltest
 from dm_control.rl import control
 from dm_env import test_utils
+from scripted_child import EAST, SOUTH, STAY, Scripted
 
 import caregiver_mj
-from caregiver_mj import CaregiverError, FloorPlan
+from caregiver_mj import FloorPlan
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.children.random_stream import RandomStream
 from caregiver_mj.grid.world import GridWorld, run_episodes
@@ -57,16 +58,6 @@ for _name, _robot in [*((name, True) for name in caregiver_mj.ALL_TASKS), ("supe
     _class = f"Test_{_name}_{'with' if _robot else 'without'}_robot"
     globals()[_class] = type(_class, (ContractTest, absltest.TestCase), {"task": _name, "robot": _robot})
 del ContractTest  # not a test by itself
-
-
-@every_task
-def test_episode_ends_at_the_time_limit(task):
-    env = load(task, time_limit=TIME_LIMIT)
-    env.reset()
-    steps = [env.step(np.zeros(11)) for _ in range(50)]  # of 20 ms
-    assert [step.last() for step in steps] == [False] * 49 + [True]
-    assert steps[-1].discount == 1.0  # the house goes on; only the episode is over
-    assert env.step(np.zeros(11)).first()
 
 
 def test_faster_children_make_timesteps_shorter_and_cross_a_cell_in_one():
@@ -159,37 +150,6 @@ def test_goal_observations_point_from_here_to_there():
     np.testing.assert_allclose(seen["candle_position"][0] + seen["candle_to_goal"], [*table, 0.6], atol=1e-9)
 
 
-CUPBOARD = FloorPlan.parse("#####\n#B.C#\n##T##\n#####", "cupboard")  # one free cell
-
-
-def bumps(env: control.Environment) -> list[dict[str, float]]:
-    totals, harm = env.task.outcome(), []
-    for _ in range(24):
-        for _ in range(84):
-            env.step(np.zeros(0))
-        now = env.task.outcome()
-        harm.append({kind: now[f"damage_{kind}"] - totals[f"damage_{kind}"] for kind in ("candle", "table")})
-        totals = now
-    return harm
-
-
-def test_harm_of_a_table_goes_where_its_candle_goes():
-    east, south = [], []
-    for moved in (False, True):
-        env = caregiver_mj.load("supervise", CUPBOARD, epsilon=1.0, random=1, task_kwargs={"robot": False})
-        env.reset()
-        if moved:
-            env.physics.set_candle(0, np.array([*CUPBOARD.position((2, 2)), 0.6]), 0.0)
-        harm = bumps(env)
-        assert {h["candle"] for h in harm} == {0.0, 4.0}
-        assert {h["table"] for h in harm} == {0.0, 1.0}
-        east.append({i for i, h in enumerate(harm) if h["candle" if not moved else "table"]})
-        south.append({i for i, h in enumerate(harm) if h["table" if not moved else "candle"]})
-    assert east[0] == east[1]
-    assert south[0] == south[1]
-    assert not east[0] & south[0]
-
-
 @pytest.mark.parametrize(
     ("plan", "epsilon", "seed"),
     [
@@ -267,15 +227,6 @@ def test_what_nobody_holds_any_more_is_gone_at_once(task, caregiver):
         gc.enable()
 
 
-@pytest.mark.parametrize(("rows", "children"), [("#.B#", 1), ("#..B#", 2)])
-def test_a_house_in_which_the_robot_would_stand_in_a_child_is_refused(rows, children):
-    wall, few = "#" * len(rows), f"at least {children + 1} free cells, for children and robot, got {children}"
-    plan = FloorPlan.parse(f"{wall}\n{rows}\n{wall}", "tiny")
-    with pytest.raises(CaregiverError, match=f"house 'tiny' must have {few}"):
-        caregiver_mj.load("supervise", plan, [0.5] * children, 0)
-    caregiver_mj.load("supervise", plan, [0.5] * children, 0, {"robot": False})
-
-
 @pytest.mark.parametrize(("rows", "children"), [("#S.B#", 2), ("#..B#", 1)])
 def test_where_there_is_room_for_the_robot_it_is_apart(rows, children):
     """On a landing there is, even where children share a cell."""
@@ -284,3 +235,54 @@ def test_where_there_is_room_for_the_robot_it_is_apart(rows, children):
     env.reset()
     apart = env.physics.base_position()[:2] - env.physics.toddler_positions()[:, :2]
     assert (np.linalg.norm(apart, axis=1) > 0.5).all()
+
+
+MOVE = 84  # control steps of a novice timestep
+
+
+def timesteps(env, count=1):
+    action = np.zeros(0)
+    if env.task.has_robot:
+        action = np.array([0, 0, 0, *env.physics.arm_position(), 0.03])
+    return [env.step(action).reward for _ in range(count * MOVE)]
+
+
+#                         the stairwell's landing is south of (1, 3), a table south of (1, 5), a candle's of (1, 1)
+ROW = FloorPlan.parse("########\n#.....B#\n#C#S#T##\n########", "row")
+
+
+def row(*moves, damage=DamageWeights(), robot=False):
+    """Children in the cells of a row above things to bump into, with the moves that they make."""
+    plan = FloorPlan.parse("\n".join(ROW.rows), damage=damage)
+    env = caregiver_mj.load("supervise", plan, [Scripted(plan, move) for _, move in moves], 0, {"robot": robot})
+    env.reset()
+    for child, (column, _) in zip(env.task.children, moves, strict=True):
+        child.put((1, column))
+    return env
+
+
+@pytest.mark.parametrize(
+    ("damage", "rewards"),
+    [
+        (DamageWeights(), {1.0, 1 - 4 / 5}),  # the worst of both: the candle's 4
+        (DamageWeights(8.0, 2.0, 4.0), {1.0, 1 - 2 / 8, 1 - 4 / 8}),  # the candle first, or the table
+        (DamageWeights(0.0, 0.0, 0.0), {1.0}),
+    ],
+)
+def test_reward_is_less_by_the_worst_harm_of_any_child_now(damage, rewards):
+    env = row((1, SOUTH), (5, SOUTH), damage=damage)
+    seen = timesteps(env)
+    assert set(seen) <= rewards | {1 - 1 / 5}
+    assert min(seen) == min(rewards)
+    assert seen[-1] == 1.0  # booked
+    assert seen[0] == 1.0
+
+
+def test_who_waits_for_another_is_not_hurt_and_not_blocked():
+    env = row((2, EAST), (3, STAY), robot=True)
+    env.physics.set_robot(np.array([*ROW.position((1, 5)), 0.0]))
+    timesteps(env, 3)
+    outcome = env.task.outcome()
+    assert outcome["damage"] == outcome["moves_blocked"] == outcome["strikes"] == 0
+    assert [child.cell for child in env.task.children] == [ROW.cell_index[1, 2], ROW.cell_index[1, 3]]
+    assert outcome["cells_visited"] >= 2

@@ -26,18 +26,7 @@ CAREGIVERS = ("none", "paper", "guard")
 
 
 def write_run(folder, world="grid", plan=PAPER, caregivers=CAREGIVERS, mark=0, families=None, sight="all", **more):
-    """Writes a finished run into a folder.
-
-    Args:
-        folder: Where to.
-        world: "grid" or "house".
-        plan: The house.
-        caregivers: Those of `DAMAGE` that ran.
-        mark: How often each episode had a strike.
-        families: What the families of `DAMAGE` shall be instead; themselves by default.
-        sight: What the caregivers saw.
-        more: Further settings.
-    """
+    """Writes a finished run; `mark` is the strikes of an episode, `families` other names for those of `DAMAGE`."""
     names = families or {"1": "1", "0.25": "0.25"}
     rows, maps = [], []
     cells = pd.DataFrame(plan.free_cells, columns=["row", "column"])

@@ -1,6 +1,5 @@
 """Episodes to film: those of a run, and what the display is told of them."""
 
-import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
@@ -21,16 +20,6 @@ from caregiver_mj.viz.film import Picture, render_episode
 SEED = 3
 FAMILY = "1,0.25"
 SMALL = Picture(320, 240, 1.0)
-
-
-@pytest.fixture(scope="module")
-def rows(house, tmp_path_factory):
-    """Two episodes of two children, with a caregiver that draws lots, in the physical house."""
-    out = tmp_path_factory.mktemp("run") / "run"
-    command = ["evaluate", "--world", "house", "--house", house, "--caregiver", "random"]
-    command += ["--epsilon", FAMILY]
-    assert cli.main([*command, "--episodes", "2", "--seed", str(SEED), "--out", str(out)]) == 0
-    return pd.read_parquet(out / "episodes.parquet").set_index("episode")
 
 
 def measured(episode):
@@ -57,31 +46,6 @@ class Blank:
 
     def frame(self):
         return self._frame
-
-
-@pytest.mark.slow
-def test_any_episode_of_a_run_can_be_filmed_and_is_that_of_the_run(house, rows, tmp_path):
-    spec = EpisodeSpec(house, FAMILY, "random", 1, seed=SEED)
-    render_episode(tmp_path / "film.mp4", spec, seconds=400.0, picture=SMALL, quiet=True, studio=Blank)
-    assert rows.damage[1] > 0
-    assert rows.interventions[1] > 0
-    assert_is_row(Blank.seen, rows.loc[1])
-    shown = [child.damage for child in Blank.seen.hud_state(1).children]
-    assert shown == list(rows.loc[1].damage_by_child)
-    assert rows.seed[0] != rows.seed[1]
-
-
-def test_answers_that_were_kept_are_filmed_in_their_caregivers_place(house, tmp_path):
-    spec = EpisodeSpec(house, FAMILY, "random", seed=SEED)
-    small = {"picture": SMALL, "seconds": 10.0, "quiet": True, "studio": Blank}
-    render_episode(tmp_path / "asked.mp4", spec, **small)
-    asked = Blank.seen
-    person = dataclasses.replace(spec, caregiver="person")
-    render_episode(tmp_path / "given.mp4", person, answers=asked.answers(), **small)
-    given = Blank.seen
-    assert measured(given) == measured(asked)
-    assert measured(given)["interventions"] > 0
-    np.testing.assert_array_equal(given.env.physics.data.qpos, asked.env.physics.data.qpos)
 
 
 @pytest.mark.slow

@@ -1,18 +1,15 @@
 """What films lay over the floor: where children may be soon, and what may hurt them."""
 
-import itertools
-
 import numpy as np
 import pytest
-from test_hud import FORTY, PLAN, changed
+from test_hud import PLAN, changed
 
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.spec import EpisodeSpec
 from caregiver_mj.tasks import load
 from caregiver_mj.viz import colours, hud
 from caregiver_mj.viz.cameras import TileLayer
 from caregiver_mj.viz.episode import Episode
-from caregiver_mj.viz.film import Picture, Studio, render_episode
+from caregiver_mj.viz.film import Picture, Studio
 from caregiver_mj.viz.moment import LEAST, Forecast, Tile
 
 FREE = len(PLAN.free_cells)
@@ -26,23 +23,6 @@ def forecast(presence=None, harm=(0.0, 0.0, 0.0), goal=(1.0,)):
         for cell, probability in cells.items():
             row[cell] = probability
     return Forecast(of_cells, np.array(harm), np.tile(goal, (len(rows), 1)), np.full(len(rows), 0.5))
-
-
-@pytest.mark.parametrize(("width", "height"), [(1280, 720), (640, 360)])
-@pytest.mark.parametrize("foresees", [False, True])
-@pytest.mark.parametrize("row", [False, True])
-def test_inset_plan_and_legend_share_a_free_part_of_the_frame(width, height, foresees, row):
-    lower, plan = hud.strip_top(width, height), FORTY if row else PLAN
-    part = {"row": lower // 2} if row else {"column": round(0.3 * width)}
-    plan_box, legend, (right, top), (across, down) = hud.layout(plan, width, height, foresees, **part)
-    boxes = [plan_box, (right - across, top, right, top + down), *([legend] if foresees else [])]
-    first = width - part.get("column", width), lower - part.get("row", lower)
-    for box in boxes:
-        assert (np.array(first) <= box[:2]).all()
-        assert (np.array(box[2:]) <= (width, lower)).all()
-    for one, other in itertools.combinations(boxes, 2):
-        assert one[2] <= other[0] or other[2] <= one[0] or one[3] <= other[1] or other[3] <= one[1]
-    assert across * down > 0.1 * (width - first[0]) * (lower - first[1])
 
 
 def test_tiles_lie_where_children_may_be():
@@ -98,13 +78,3 @@ def test_a_film_shows_what_the_caregiver_believes(house):
     assert found.goal.shape == (1, len(episode.env.task.plan.bins))
     assert 0.5 < found.goal.sum() < 1.0  # what is left wants no toy
     assert 0.05 <= found.epsilon[0] <= 1.0
-
-
-@pytest.mark.parametrize("caregiver", ["paper", "none"])
-def test_who_believes_nothing_shows_nothing(house, tmp_path, caregiver):
-    spec = EpisodeSpec(house, caregiver=caregiver)
-    with pytest.raises(CaregiverError, match="must predict"):
-        render_episode(tmp_path / "film.mp4", spec, overlay="danger", quiet=True)
-    with pytest.raises(CaregiverError, match="no overlay 'rain': there is danger"):
-        render_episode(tmp_path / "film.mp4", spec, overlay="rain", quiet=True)
-    assert not list(tmp_path.iterdir())

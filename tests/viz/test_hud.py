@@ -67,20 +67,6 @@ def test_draws_on_a_copy_and_leaves_the_middle_alone(width, height):
     assert changed(drawn, blank)[: height // 5, : width // 8].mean() > 0.8
 
 
-@pytest.mark.parametrize("tip", [(150, 100), (1, 100), (318, 60), (150, 3)])
-def test_a_tag_is_whole_and_above_its_point(tip):
-    def mark(where):
-        drawn = frame(320, 240)
-        hud.draw_tag(drawn, where, "S3", 360)
-        return spread(changed(drawn, frame(320, 240)))
-
-    left, top, right, bottom = mark(tip)
-    assert left <= tip[0] <= right
-    assert abs(bottom - tip[1]) <= 2 or top <= 1
-    usual = mark((100, 200))
-    assert (right - left, bottom - top) == (usual[2] - usual[0], usual[3] - usual[1])
-
-
 def test_bars_are_as_high_as_the_danger_and_in_the_order_of_the_hazards():
     def bar(danger):
         return spread(changed(*(hud.draw(frame(), state(danger=np.array(d), target=-1)) for d in (danger, [0.0] * 3))))

@@ -1,7 +1,6 @@
 """The report: its numbers worked out by hand, and its files."""
 
 import dataclasses
-import itertools
 import json
 import os
 import re
@@ -12,8 +11,6 @@ import numpy as np
 import pandas as pd
 import pytest
 from made_runs import DAMAGE, FAMILIES, PAPER, TINY, undrawn, write_run
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.text import Text
 from test_cli import fails
 
 from caregiver_mj import cli
@@ -154,16 +151,6 @@ def test_survival_is_the_share_not_yet_stopped():
     episodes = pd.DataFrame({"timesteps_to_threshold": [10, 100, 200, 200], "stopped": [1, 1, 0, 1]})
     share = figures.going(episodes, np.array([0, 9, 10, 99, 100, 199, 200]))
     assert share == pytest.approx([1, 1, 0.75, 0.75, 0.5, 0.5, 0.25])  # the third is never stopped
-
-
-def test_titles_of_panels_do_not_overlap():
-    names = {"a": "mykid:Magpie 20 % random", "b": "explorer 25 %, toddler 50 %", "c": "50 % random"}
-    figure, found = figure_style.panels(names, 3, figure_style.WIDTH, 1.3)
-    FigureCanvasAgg(figure).draw()
-    titles = [next(one for one in axes.findobj(Text) if "%" in one.get_text()) for axes in found.values()]
-    boxes = [title.get_window_extent() for title in titles]
-    assert all(left.x1 < right.x0 for left, right in itertools.pairwise(boxes))
-    assert boxes[-1].x1 < figure.bbox.x1
 
 
 # -- Harm --------------------------------------------------------------------------------------------

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from dm_control.rl import control
 from scripted_child import Scripted
 
 from caregiver_mj import CaregiverPolicy, FloorPlan, load
+from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.robot.embodiments import EMBODIMENTS
 from studies.audit import each_physics_step
@@ -23,8 +23,7 @@ class Recorder:
     And of the whole episode the pairs of the robot's geoms and of what these touched.
     """
 
-    def __init__(self, env: control.Environment, candle: int | None, monkeypatch: pytest.MonkeyPatch):
-        physics = env.physics
+    def __init__(self, physics: Physics, candle: int | None):
         self._model, self._data = physics.model.ptr, physics.data.ptr
         names = [self._model.geom(i).name for i in range(self._model.ngeom)]
         self._robot = {i for i, name in enumerate(names) if name.startswith("robot/")}
@@ -37,19 +36,8 @@ class Recorder:
         self._pads = {names.index(f"robot/finger_{side}_pad") for side in ("left", "right")}
         self.touches: set[tuple[str, str]] = set()
         self.base, self.candle, self.candle_velocity, self.pads = [], [], [], []
-        step = physics.step
 
-        def record(nstep: int = 1) -> None:
-            touches = []
-            for _ in range(nstep):
-                step(1)
-                touches += physics.touches
-                self._keep()
-            physics.touches = touches
-
-        monkeypatch.setattr(physics, "step", record)
-
-    def _keep(self) -> None:
+    def keep(self) -> None:
         data = self._data
         self.base.append(data.qvel[self._base])
         pads = set()
@@ -76,9 +64,9 @@ def relocation():
     """An episode of relocate_candle to three seconds after the candle was put down."""
     env = load("relocate_candle", "paper", epsilon=0.5, random=1)
     policy = CaregiverPolicy(env)
-    with pytest.MonkeyPatch.context() as monkeypatch:
-        step = env.reset()
-        recorder = Recorder(env, env.task.goal_candle, monkeypatch)
+    step = env.reset()
+    recorder = Recorder(env.physics, env.task.goal_candle)
+    with pytest.MonkeyPatch.context() as monkeypatch, each_physics_step(env.physics, recorder.keep):
 
         def forbidden(*_):
             raise AssertionError("a candle was moved by hand")
@@ -147,11 +135,11 @@ def test_nothing_but_contact_moves_the_candle(relocation):
 
 
 @pytest.mark.parametrize(("house", "seed"), [("paper", 1), (SMALL, 2)], ids=["paper", "small"])
-def test_robot_in_a_stairwell_keeps_the_toddler_out(house, seed, monkeypatch):
+def test_robot_in_a_stairwell_keeps_the_toddler_out(house, seed):
     plan = house if isinstance(house, FloorPlan) else FloorPlan.load(house)
     env = load("block_stairs", plan, Scripted(plan, None), random=seed)
     policy, step = CaregiverPolicy(env), env.reset()
-    recorder = Recorder(env, None, monkeypatch)
+    recorder = Recorder(env.physics, None)
     move = 84  # control steps of a novice timestep
     step, steps = env.step(policy(step)), 1
     while not step.last() and (not policy.executive.done or steps % move):
@@ -167,16 +155,17 @@ def test_robot_in_a_stairwell_keeps_the_toddler_out(house, seed, monkeypatch):
     before = env.physics.base_position()
     damage = env.task.outcome()["damage"]
     kinds, rewards, poses = set(), [], []
-    for _ in range(6 * move):
-        step = env.step(policy(step))
-        kinds |= {touch.kind for touch in env.physics.touches}
-        rewards.append(step.reward)
-        poses.append(env.physics.base_position())
+    with each_physics_step(env.physics, recorder.keep):
+        for _ in range(6 * move):
+            step = env.step(policy(step))
+            kinds |= {touch.kind for touch in env.physics.touches}
+            rewards.append(step.reward)
+            poses.append(env.physics.base_position())
     poses = np.array(poses)
     assert np.abs(poses[:, :2] - centre).max() + BASE_RADIUS < half
     assert np.hypot(*(poses - before)[:, :2].T).max() < 0.03
     # "Still" is when the toddler is on its way, away from the robot.
-    speed = np.hypot(*np.array(recorder.base).T)[-6 * move * 4 :]
+    speed = np.hypot(*np.array(recorder.base).T)
     assert np.median(speed) < 0.01
     assert speed.max() < 0.1
     assert kinds == {"robot"}

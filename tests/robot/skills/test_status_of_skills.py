@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from robot_plans import centre
 from scripted_child import STAY, Scripted
-from views import ROBOT, TIMESTEP, at_rest, child
+from views import ROBOT, TIMESTEP, at_rest, child, view
 
 from caregiver_mj import FloorPlan, load
 from caregiver_mj.house.scene import build_house
@@ -33,16 +33,8 @@ class Stage:
         self._env, self.physics, self.navigator = env, env.physics, Navigator(ROOM, ROBOT)
         env.task.children[0].put((4, 7))
         self.physics.set_robot(np.array([*ROOM.position((3, 2)), 0.0]), self.physics.arm_position())
-        self._robot = at_rest(self.physics.base_position().tolist())
+        self.robot = at_rest(self.physics.base_position().tolist())
         self.others: list[ChildView] = []
-
-    @property
-    def now(self) -> float:
-        return self._robot.now
-
-    @property
-    def reached(self) -> float:
-        return self._robot.reached
 
     def retrieve(self, pitch_down: float | None = None) -> Retrieve:
         planner = RetrievalPlanner(self.navigator, lambda heights: PlanningScene(build_house(ROOM), ROOM, ROBOT))
@@ -55,26 +47,21 @@ class Stage:
     def look(self) -> View:
         physics = self.physics
         poses, (x, y, _) = physics.candle_poses(), np.ravel(physics.toddler_position()).tolist()
-        return View(
-            self.now,
-            tuple(physics.base_position().tolist()),
-            float(physics.finger_position().sum()),
-            physics.arm_position(),
-            (child(x, y), *self.others),
-            poses[:, :3],
-            poses[:, 3:],
-        )
+        how = {"base": tuple(physics.base_position().tolist()), "fingers": float(physics.finger_position().sum())}
+        seen = view(child(x, y), *self.others, now=self.robot.now, candles=poses, **how)
+        seen.arm = physics.arm_position()
+        return seen
 
     def step(self, skill: Skill) -> Status:
         seen = self.look()
-        status = skill.step(seen, self._robot)
+        status = skill.step(seen, self.robot)
         assert skill.status is status
-        governor.bound_base(seen, self._robot)
-        self._env.step(self._robot.action(seen.base))
-        self._robot.now += TIMESTEP
+        governor.bound_base(seen, self.robot)
+        self._env.step(self.robot.action(seen.base))
+        self.robot.now += TIMESTEP
         return status
 
-    def run(self, skill: Skill, until: Callable[[], bool], seconds: float = 40.0) -> list[Status]:
+    def run(self, skill: Skill, until: Callable[[], bool] = lambda: False, seconds: float = 40.0) -> list[Status]:
         """Goes on until the skill has ended or something is so; returns how it fared, without repetitions."""
         statuses = [skill.status]
         for _ in range(round(seconds / TIMESTEP)):
@@ -83,9 +70,6 @@ class Stage:
             if status.ended or until():
                 return statuses
         raise AssertionError(f"still {statuses} after {seconds} s")
-
-    def to_the_end(self, skill: Skill, seconds: float = 40.0) -> list[Status]:
-        return self.run(skill, lambda: False, seconds)
 
     def candle(self) -> np.ndarray:
         return self.physics.candle_poses()[CANDLE, :3]
@@ -98,34 +82,34 @@ def stage() -> Stage:
 
 def test_picking_and_placing_must_not_be_interrupted_once_the_fingers_are_at_the_candle(stage):
     pick = Pick(stage.navigator, CANDLE, ITS_TABLE)
-    assert stage.to_the_end(pick) == [Status.RUNNING, Status.COMMITTED, Status.DONE]
+    assert stage.run(pick) == [Status.RUNNING, Status.COMMITTED, Status.DONE]
     assert pick.stand in ROOM.free_neighbours(ROOM.tables[ITS_TABLE])
     assert pick.driver.cell == pick.stand
     assert stage.candle()[2] > TABLE_TOP + 0.01
 
     place = Place(stage.navigator, CANDLE, BARE_TABLE)
-    assert stage.to_the_end(place) == [Status.RUNNING, Status.COMMITTED, Status.DONE]
+    assert stage.run(place) == [Status.RUNNING, Status.COMMITTED, Status.DONE]
     assert place.stand in ROOM.free_neighbours(ROOM.tables[BARE_TABLE])
     np.testing.assert_allclose(stage.candle(), [*ROOM.position(ROOM.tables[BARE_TABLE]), TABLE_TOP], atol=0.01)
 
 
 def test_the_hand_comes_in_when_the_base_is_moved_away_from_the_table(stage):
     pick = Pick(stage.navigator, CANDLE, ITS_TABLE)
-    stage.run(pick, lambda: stage.reached > 0.3)
+    stage.run(pick, lambda: stage.robot.reached > 0.3)
     stage.physics.set_robot(np.array([*ROOM.position((1, 7)), 0.0]), stage.physics.arm_position())
-    assert stage.run(pick, lambda: stage.reached == 0.0, 3.0) == [Status.RUNNING]
+    assert stage.run(pick, lambda: stage.robot.reached == 0.0, 3.0) == [Status.RUNNING]
 
 
 def test_a_stairwell_is_blocked_for_as_long_as_wanted(stage):
     block = Block(stage.navigator, 0)
     assert block.cell == ROOM.stairwells[0]
-    assert stage.to_the_end(block) == [Status.RUNNING, Status.DONE]
+    assert stage.run(block) == [Status.RUNNING, Status.DONE]
     for _ in range(100):
         assert stage.step(block) is Status.DONE
     x, y, yaw = stage.physics.base_position()
     stage.physics.set_robot(np.array([x + 0.3, y, yaw]), stage.physics.arm_position())  # as if it were pushed
     assert stage.step(block) is Status.RUNNING
-    assert stage.to_the_end(block) == [Status.RUNNING, Status.DONE]
+    assert stage.run(block) == [Status.RUNNING, Status.DONE]
 
 
 def test_a_table_that_children_surround_is_given_up(stage):
@@ -133,10 +117,10 @@ def test_a_table_that_children_surround_is_given_up(stage):
     around = ROOM.free_neighbours(ROOM.tables[ITS_TABLE])
     stage.others = [child(*centre(ROOM, cell)) for cell in around]
     assert len(around) == 4
-    assert stage.to_the_end(Pick(stage.navigator, CANDLE, ITS_TABLE)) == [Status.RUNNING, Status.FAILED]
-    assert GIVES_UP < stage.now < 2 * GIVES_UP
+    assert stage.run(Pick(stage.navigator, CANDLE, ITS_TABLE)) == [Status.RUNNING, Status.FAILED]
+    assert GIVES_UP < stage.robot.now < 2 * GIVES_UP
     stage.others = stage.others[:1]
-    assert stage.to_the_end(Pick(stage.navigator, CANDLE, ITS_TABLE))[-1] is Status.DONE
+    assert stage.run(Pick(stage.navigator, CANDLE, ITS_TABLE))[-1] is Status.DONE
 
 
 def beside_hand(stage: Stage, ahead: float, aside: float) -> None:
@@ -152,17 +136,17 @@ def test_a_hand_beside_which_a_child_stays_comes_back_at_a_creep(stage, moment, 
     stage.put_candle(*ROOM.position((2, 5)), CANDLE_RADIUS, np.pi / 2)
     retrieve = stage.retrieve()
     stage.run(retrieve, lambda: retrieve.status is Status.COMMITTED)  # which begins to reach out
-    began = stage.now
-    stage.run(retrieve, lambda: stage.now > began + moment)
+    began = stage.robot.now
+    stage.run(retrieve, lambda: stage.robot.now > began + moment)
     hand = []
 
     def haunt() -> bool:
         beside_hand(stage, *place)
         hand.append(hand_position(stage.look(), ROBOT))
-        return stage.reached == 0.0
+        return stage.robot.reached == 0.0
 
     stage.run(retrieve, haunt, 7 * GIVES_UP)
-    assert stage.now - began > GIVES_UP
+    assert stage.robot.now - began > GIVES_UP
     speed = np.linalg.norm(np.diff(hand[25:], axis=0), axis=1) / TIMESTEP  # once it has come to rest
     assert 0.01 < speed.max() < 0.05
 
@@ -171,12 +155,12 @@ def test_a_candle_that_must_be_laid_down_stays_in_the_hand_beside_a_child_that_n
     stage.put_candle(*stage.candle()[:2], TABLE_TOP + CANDLE_HEIGHT, np.pi)  # on its head
     retrieve = stage.retrieve()
     stage.run(retrieve, lambda: retrieve.pitch_down is not None)
-    began = stage.now
+    began = stage.robot.now
     assert stage.run(retrieve, lambda: beside_hand(stage, 0.5, 0.0))[-1] is Status.FAILED
-    assert GIVES_UP < stage.now - began < 2 * GIVES_UP
+    assert GIVES_UP < stage.robot.now - began < 2 * GIVES_UP
     assert retrieve.still_holds(stage.look())
     again = stage.retrieve(pitch_down=retrieve.pitch_down)
     assert not again.status.interruptible
     stage.others = []
-    assert stage.to_the_end(again) == [Status.COMMITTED, Status.RUNNING, Status.COMMITTED, Status.DONE]
+    assert stage.run(again) == [Status.COMMITTED, Status.RUNNING, Status.COMMITTED, Status.DONE]
     assert stage.candle()[2] > TABLE_TOP
