@@ -256,6 +256,14 @@ def test_the_candle_goes_to_the_table_farthest_from_the_nearest_child():
     assert caregiver.destination(several(1, 4), np.zeros(1, int)).tolist() == [0]
 
 
+def test_a_candle_is_worth_it_if_its_nearest_child_would_be_farther():
+    # Children in cells 0 and 4: one is 1 move from table 0, one 1 from table 2, both 3 from table 1.
+    caregiver, seen = PaperCaregiver(CORRIDOR), several(0, 4)
+    for table, worth in ((1, False), (2, True)):
+        there = dataclasses.replace(seen, candle_table=np.array([[table]]))
+        assert caregiver.worth_protecting(there).tolist() == [[True, worth]]
+
+
 @pytest.mark.parametrize(("child_cell", "moves"), [(0, 3), (1, 2), (2, 1), (3, 1), (4, 1)])
 def test_a_candle_on_the_floor_is_protected_like_any_other_as_near_as_its_cell(child_cell, moves):
     """From cell 4 it is one move away, the stairwell five."""
