@@ -55,6 +55,13 @@ def no_maker(env):
     return np.zeros(env.action_spec().shape)
 
 
+class Beyond(TargetPolicy):
+    """Answers with the number after the last."""
+
+    def act(self, observations, masks):
+        return np.full(len(masks), masks.shape[1])
+
+
 class Unfinished(TargetPolicy):
     """Has no `act`."""
 
@@ -131,6 +138,7 @@ def test_a_mistake_in_a_policy_is_told_with_its_place():
         ("grid", f"{HERE}:Still", "world must be house for 'test_own_policies:Still', a policy of the robot's actions"),
         ("house", f"{HERE}:no_maker", "must make a policy of an environment, .* got ndarray"),
         ("house", f"{HERE}:too_short", "too_short' must answer with 11 finite numbers, got array"),
+        ("grid", f"{HERE}:Beyond", r"Beyond.act must answer with .*\b0 to 2, got"),  # nothing, stairwell, candle
         ("grid", f"{HERE}:Unfinished", "'test_own_policies:Unfinished' must have act, got none"),
         ("grid", f"{HERE}:NUMBER", "must be a subclass of Caregiver or a function that makes a policy"),
         ("grid", f"{HERE}:Orphan", "must be a subclass of Caregiver or a function that .* got <class '.*Orphan'>"),
