@@ -9,7 +9,6 @@ import dataclasses
 import functools
 import importlib.metadata
 import pathlib
-import sys
 from typing import IO, Any
 
 import gymnasium
@@ -114,7 +113,7 @@ class Recording:
             rate, names = spec.child_speed / spec.plan.cell_size, ["target"]  # one decision per novice timestep
         kind = None if spec.task == TARGETS else TASKS[spec.task].find_kind()
         return About(
-            task=(summary(sys.modules[kind.__module__]) or spec.task) if kind else _TARGET_TASK,
+            task=(summary(kind) or spec.task) if kind else _TARGET_TASK,
             robot=spec.embodiment if spec.world == "house" else "",
             policy="actions drawn at random" if spec.caregiver == RANDOM else f"caregiver '{spec.caregiver}'",
             rate=round(rate, 6),

@@ -7,7 +7,6 @@ needs the package `caregiver_mj[gym]` where it runs.
 from __future__ import annotations
 
 import functools
-import sys
 from collections.abc import Sequence
 from typing import Any
 
@@ -34,7 +33,7 @@ class ForLeRobot(gymnasium.Wrapper):
         env.physics.check_cameras(cameras)
         self._render, self._width, self._height = env.physics.render, *size
         self._cameras, self.task = cameras, task
-        self.task_description = sys.modules[type(env.task).__module__].__doc__.partition("\n")[0]
+        self.task_description = type(env.task).__doc__.partition("\n")[0]
         self._max_episode_steps = int(env.task.length)
         picture = spaces.Box(0, 255, (self._height, self._width, 3), np.uint8)
         pixels = spaces.Dict(dict.fromkeys(cameras, picture))

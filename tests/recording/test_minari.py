@@ -40,6 +40,10 @@ def dataset(root, monkeypatch):
     return minari.load_dataset(NAME)
 
 
+def test_the_task_is_told_in_its_own_words():
+    assert "harm" in RECORDING.about().task
+
+
 def test_episodes_are_those_that_were_recorded(dataset, store):
     seeds = [data["seed"] for data in dataset.storage.get_episode_metadata([0, 1])]
     assert seeds == list(SEEDS)
