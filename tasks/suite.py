@@ -19,7 +19,7 @@ _NEAR, _FAR = 0.10, 3.0  # m; distances from a goal at which the reward for near
 
 
 class Supervise(CareTask):
-    """Keep the children from harm for a whole episode, by whatever the robot can do about the house."""
+    """Keep the children from harm for a whole episode, by any means that the robot has."""
 
     def get_reward(self, physics: Physics) -> float:
         """Return 1 minus the children's damage in the present novice timestep, as a share of the worst collision."""

@@ -207,7 +207,8 @@ def test_the_papers_tables_beside_ours(capsys):
     assert cli.main(["evaluate", "--world", "grid", "--house", "paper", *which]) == 0
     summary = json.loads(capsys.readouterr().out)
     damage, timesteps = ({(r["epsilon"], r["quantity"]): r for r in rows} for rows in tables.values())
-    assert (len(damage), len(timesteps)) == (15, 10)  # five novices; without, with, and what is left
+    # Of five novices: damage without, with, and the share that is left; timesteps without and with.
+    assert (len(damage), len(timesteps)) == (15, 10)
     rows = {(row["family"], {"none": "without"}.get(row["caregiver"], "with")): row for row in summary["rows"]}
     for found, column in ((damage, "damage_normalised"), (timesteps, "timesteps_to_threshold")):
         for key, row in rows.items():

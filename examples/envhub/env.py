@@ -15,6 +15,7 @@ import numpy as np
 from gymnasium import spaces
 
 import caregiver_mj
+from caregiver_mj.registry import summary
 from caregiver_mj.tasks import TASKS
 
 gymnasium.register_envs(caregiver_mj)
@@ -33,7 +34,7 @@ class ForLeRobot(gymnasium.Wrapper):
         env.physics.check_cameras(cameras)
         self._render, self._width, self._height = env.physics.render, *size
         self._cameras, self.task = cameras, task
-        self.task_description = type(env.task).__doc__.partition("\n")[0]
+        self.task_description = summary(type(env.task))
         self._max_episode_steps = int(env.task.length)
         picture = spaces.Box(0, 255, (self._height, self._width, 3), np.uint8)
         pixels = spaces.Dict(dict.fromkeys(cameras, picture))

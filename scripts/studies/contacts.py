@@ -155,11 +155,11 @@ def _touched(physics: Physics, child: int) -> set[str]:
 
 
 class Longest:
-    """The skill at which the robot was longest without a break, but for what is done and goes on.
+    """The longest time that the robot spent on one skill until that was done.
 
     Attributes:
-        skill: Its name.
-        seconds: How long that was.
+        skill: Name of the skill.
+        seconds: The time, s.
     """
 
     def __init__(self) -> None:
@@ -168,7 +168,7 @@ class Longest:
         self._since = 0.0
 
     def look(self, policy: CaregiverPolicy, now: float) -> None:
-        """Takes in what is being done at a time, seconds since the episode's start."""
+        """Observe the present skill, `now` seconds after the start of the episode."""
         routine = policy.executive.routine
         skill = routine.skill if routine and policy.target != NOTHING else None
         if skill is not self._now or (skill and skill.status is Status.DONE):
@@ -261,7 +261,7 @@ def presses_table(episodes: pd.DataFrame) -> Table:
 
 
 def longest_skill(episodes: pd.DataFrame) -> str:
-    """A sentence on the longest skill of some episodes."""
+    """Return a sentence on the longest skill of some episodes."""
     row = episodes.loc[episodes.skill_seconds.idxmax()]
     return f"Longest skill: {row.skill_seconds:.1f} s, {row.skill} ({row.house}, {row.family}, episode {row.episode})."
 
